@@ -1,0 +1,354 @@
+# talus. `make` builds, `make check` proves, `make demo` shows; `make help` lists the rest.
+#
+#   build/bin/talus-*           programs
+#   build/lib/libtalus.{a,so}   the library
+#   build/python/               what tools/talus (the Python side) reads
+#   build/obj/<hash>/           objects, one folder for each set of compiler flags,
+#                               so that sanitizer and release objects never mix
+#
+# Sources are found by wildcard: a new lib/*.c, apps/common/*.c or apps/NAME/*.c
+# is built without an edit here. CC, CFLAGS, LDFLAGS, PREFIX, DESTDIR, BUILD and
+# PYTHON can be given on the command line; V=1 shows the commands.
+
+CC ?= cc
+CFLAGS ?= -O3 -g
+BUILD ?= build
+PREFIX ?= /usr/local
+JOBS ?= $(shell nproc 2>/dev/null || echo 1)
+VENV ?= .venv
+PYTHON ?= $(VENV)/bin/python
+
+ifeq ($(origin CC),default)
+  CC := cc
+endif
+ifeq ($(V),1)
+  Q :=
+  say := @:
+else
+  Q := @
+  say := @printf '  %-5s %s\n'
+endif
+.DEFAULT_GOAL := all
+.DELETE_ON_ERROR:
+.SUFFIXES:
+
+# The one place that holds the version is include/talus/version.h.
+version_part = $(shell sed -n 's/^.define TL_VERSION_$(1) *\([0-9]*\).*/\1/p' include/talus/version.h)
+VERSION_MAJOR := $(call version_part,MAJOR)
+VERSION := $(VERSION_MAJOR).$(call version_part,MINOR).$(call version_part,PATCH)
+SONAME := libtalus.so.$(VERSION_MAJOR)
+
+# ---- flags ------------------------------------------------------------------
+
+WARNINGS := -pedantic -Wall -Wextra -Wshadow -Wconversion -Wdouble-promotion \
+  -Wstrict-prototypes -Wmissing-prototypes -Wvla -Wundef
+
+# The same bits on every machine: no contraction to fma, no fast-math, no
+# -march=native. errno and floating traps are nobody's business here, and without
+# them sqrt is one instruction and loops over arrays vectorise.
+EXACT := -ffp-contract=off -fno-math-errno -fno-trapping-math
+# 32-bit x86 would otherwise compute in 80-bit registers.
+TARGET_I386 := $(shell echo __i386__ | $(CC) $(CPPFLAGS) $(CFLAGS) -E -P - 2>/dev/null | grep -cx 1)
+ifeq ($(TARGET_I386),1)
+  EXACT += -msse2 -mfpmath=sse
+endif
+
+ifeq ($(SANITIZE),1)
+  SANITIZERS := -fsanitize=address,undefined -fno-sanitize-recover=all -fno-omit-frame-pointer
+endif
+
+# The library stands alone: no stack protector, no checked memcpy.
+LIB_FLAGS := -std=c99 $(WARNINGS) $(EXACT) -fPIC -fno-stack-protector -U_FORTIFY_SOURCE \
+  -Iinclude $(SANITIZERS)
+
+APP_PACKAGES := yaml-0.1 jansson zlib
+PKG_CONFIG ?= pkg-config
+APP_MISSING := $(strip $(foreach p,$(APP_PACKAGES),$(shell $(PKG_CONFIG) --exists $(p) 2>/dev/null || echo $(p))))
+ifeq ($(APP_MISSING),)
+  APP_PACKAGE_FLAGS := $(shell $(PKG_CONFIG) --cflags $(APP_PACKAGES))
+  APP_PACKAGE_LIBS := $(shell $(PKG_CONFIG) --libs $(APP_PACKAGES))
+endif
+APP_FLAGS := -std=c99 -D_POSIX_C_SOURCE=200809L $(WARNINGS) $(EXACT) -pthread \
+  -Iinclude -Iapps/common -I$(BUILD)/assets $(APP_PACKAGE_FLAGS) $(SANITIZERS)
+APP_LIBS := $(APP_PACKAGE_LIBS) -lm -pthread
+
+FLAGS_ID := $(shell printf '%s' '$(CC) $(CPPFLAGS) $(CFLAGS) $(LDFLAGS) $(LIB_FLAGS) $(APP_FLAGS) $(APP_LIBS)' \
+  | cksum | cut -d ' ' -f 1)
+OBJ := $(BUILD)/obj/$(FLAGS_ID)
+
+# ---- sources ----------------------------------------------------------------
+
+HEADERS := $(sort $(wildcard include/talus/*.h))
+LIB_SOURCES := $(sort $(wildcard lib/*.c lib/*/*.c))
+COMMON_SOURCES := $(sort $(wildcard apps/common/*.c))
+# A program is a folder of apps/ that has a main.c; apps/NAME becomes talus-NAME.
+APP_DIRS := $(patsubst %/main.c,%,$(sort $(wildcard apps/*/main.c)))
+app_name = talus-$(patsubst talus-%,%,$(notdir $(1)))
+ASSET_CHART := $(firstword $(wildcard /usr/share/javascript/chart.js/chart.min.js \
+  /usr/share/javascript/chart.js/Chart.min.js))
+ASSETS := $(sort $(wildcard apps/common/assets/*))
+
+objects = $(patsubst %.c,$(OBJ)/%.o,$(1))
+LIB_OBJECTS := $(call objects,$(LIB_SOURCES))
+PROGRAMS := $(foreach d,$(APP_DIRS),$(BUILD)/bin/$(call app_name,$(d)))
+LIBRARIES := $(BUILD)/lib/libtalus.a $(BUILD)/lib/libtalus.so
+PYTHON_SIDE := $(BUILD)/python/talus_cdef.h $(BUILD)/python/talus_macros.h
+
+# ---- build ------------------------------------------------------------------
+
+.PHONY: all library programs python-side FORCE
+library: $(LIBRARIES)
+python-side: $(PYTHON_SIDE)
+ifeq ($(APP_MISSING),)
+programs: $(PROGRAMS)
+else
+programs:
+	@echo 'not built: the programs (missing: $(APP_MISSING)); `make deps` installs what they need'
+endif
+all: library python-side programs
+
+# Holds the flags' hash and is touched only when it changes: whatever is linked
+# depends on it, so a change of flags links again from the right objects.
+$(BUILD)/flags: FORCE
+	@mkdir -p $(@D)
+	@echo '$(FLAGS_ID)' | cmp -s - $@ || echo '$(FLAGS_ID)' >$@
+
+$(OBJ)/lib/%.o: lib/%.c
+	$(say) CC $<
+	@mkdir -p $(@D)
+	$(Q)$(CC) $(CPPFLAGS) $(LIB_FLAGS) $(CFLAGS) -MMD -MP -c -o $@ $<
+
+$(OBJ)/apps/%.o: apps/%.c | $(BUILD)/assets/assets.h
+	$(say) CC $<
+	@mkdir -p $(@D)
+	$(Q)$(CC) $(CPPFLAGS) $(APP_FLAGS) $(CFLAGS) -MMD -MP -c -o $@ $<
+
+# The list of members is part of what an archive is made of: without it, a source
+# that was removed would stay linked.
+$(BUILD)/lib/libtalus.list: FORCE
+	@mkdir -p $(@D)
+	@echo '$(LIB_OBJECTS)' | cmp -s - $@ || echo '$(LIB_OBJECTS)' >$@
+
+$(BUILD)/lib/libtalus.a: $(LIB_OBJECTS) $(BUILD)/flags $(BUILD)/lib/libtalus.list
+	$(say) AR $@
+	@rm -f $@
+	$(Q)$(AR) rcs $@ $(LIB_OBJECTS)
+
+$(BUILD)/lib/libtalus.so: $(LIB_OBJECTS) $(BUILD)/flags $(BUILD)/lib/libtalus.list
+	$(say) LINK $@
+	$(Q)$(CC) $(CFLAGS) $(SANITIZERS) $(LDFLAGS) -shared -Wl,-soname,$(SONAME) -o $@ $(LIB_OBJECTS) -lm
+	@ln -sf libtalus.so $(BUILD)/lib/$(SONAME)
+
+# Assets: each file becomes asset_NAME[] and asset_NAME_size, every character of
+# its name that is no letter or digit replaced by `_`; assets.h declares them all.
+asset_symbol = $(shell printf 'asset_%s' '$(notdir $(1))' | tr -c 'A-Za-z0-9' '_')
+ASSET_LIST := chart_js=$(ASSET_CHART) $(foreach a,$(ASSETS),$(patsubst asset_%,%,$(call asset_symbol,$(a)))=$(a))
+ASSET_NAMES := $(foreach a,$(ASSET_LIST),$(firstword $(subst =, ,$(a))))
+ASSET_OBJECTS := $(foreach n,$(ASSET_NAMES),$(OBJ)/assets/asset_$(n).o)
+
+$(BUILD)/assets/assets.h: tools/embed $(BUILD)/assets/list
+	$(say) GEN $@
+	$(Q)tools/embed --header $(ASSET_NAMES) >$@
+
+$(BUILD)/assets/list: FORCE
+	@mkdir -p $(@D)
+	@echo '$(ASSET_LIST)' | cmp -s - $@ || echo '$(ASSET_LIST)' >$@
+
+define asset_rule
+$$(BUILD)/assets/asset_$(1).c: $(2) tools/embed $$(BUILD)/assets/list
+	$$(say) GEN $$@
+	$$(Q)tools/embed $(1) $(2) >$$@
+endef
+$(foreach a,$(ASSET_LIST),$(eval $(call asset_rule,$(firstword $(subst =, ,$(a))),$(word 2,$(subst =, ,$(a))))))
+
+$(OBJ)/assets/%.o: $(BUILD)/assets/%.c $(BUILD)/assets/assets.h
+	@mkdir -p $(@D)
+	$(Q)$(CC) $(CPPFLAGS) $(APP_FLAGS) $(CFLAGS) -c -o $@ $<
+
+# What the programs share is linked as a private archive: each takes what it uses.
+COMMON_ARCHIVE := $(OBJ)/libcommon.a
+$(COMMON_ARCHIVE): $(call objects,$(COMMON_SOURCES)) $(ASSET_OBJECTS) $(OBJ)/libcommon.list
+	@rm -f $@
+	$(Q)$(AR) rcs $@ $(filter %.o,$^)
+
+$(OBJ)/libcommon.list: FORCE
+	@mkdir -p $(@D)
+	@echo '$(COMMON_SOURCES) $(ASSET_NAMES)' | cmp -s - $@ || echo '$(COMMON_SOURCES) $(ASSET_NAMES)' >$@
+
+# A sanitized program carries its options in itself (see the file).
+ifeq ($(SANITIZE),1)
+  SANITIZER_OPTIONS := $(OBJ)/sanitizer_options.o
+  $(SANITIZER_OPTIONS): tests/sanitizer_options.c
+	@mkdir -p $(@D)
+	$(Q)$(CC) -std=c99 -c -o $@ $<
+endif
+
+define program_rule
+$$(BUILD)/bin/$(call app_name,$(1)): $$(call objects,$$(sort $$(wildcard $(1)/*.c))) $$(COMMON_ARCHIVE) \
+    $$(SANITIZER_OPTIONS) $$(BUILD)/lib/libtalus.a $$(BUILD)/flags
+	$$(say) LINK $$@
+	@mkdir -p $$(@D)
+	$$(Q)$$(CC) $$(CFLAGS) $$(SANITIZERS) $$(LDFLAGS) -o $$@ $$(filter %.o,$$^) $$(COMMON_ARCHIVE) \
+	  $$(BUILD)/lib/libtalus.a $$(APP_LIBS)
+endef
+$(foreach d,$(APP_DIRS),$(eval $(call program_rule,$(d))))
+
+# The Python side is made from the public headers themselves: declarations as the
+# preprocessor leaves them, and the macros beside them.
+CDEF_CPP = $(CC) -std=c99 -E -P -nostdinc -DTL_NO_ATTRIBUTES -Itools/talus/stubs -Iinclude \
+  $(foreach h,$(HEADERS),-include $(h)) -x c /dev/null
+
+$(BUILD)/python/headers.list: FORCE
+	@mkdir -p $(@D)
+	@echo '$(HEADERS)' | cmp -s - $@ || echo '$(HEADERS)' >$@
+
+$(BUILD)/python/talus_cdef.h: $(HEADERS) $(wildcard tools/talus/stubs/*.h) $(BUILD)/python/headers.list
+	$(say) GEN $@
+	$(Q)$(CDEF_CPP) >$@
+
+$(BUILD)/python/talus_macros.h: $(BUILD)/python/talus_cdef.h
+	$(Q)$(CDEF_CPP) -dM | grep '^.define TL_' | sort >$@
+
+-include $(shell find $(OBJ) -name '*.d' 2>/dev/null)
+
+# ---- check, show, measure ---------------------------------------------------
+
+.PHONY: deps check check-san check-long test test-san lint demo paper bench
+# What a goal needs is installed first; then make starts anew, because what this
+# run found out about compilers and packages may no longer be true.
+again = +$(Q)$(MAKE) --no-print-directory $(if $(findstring jobserver,$(MAKEFLAGS)),,-j$(JOBS))
+run_env = PYTHONPATH='$(CURDIR)/tools' TALUS_BUILD='$(abspath $(BUILD))' PYTHONDONTWRITEBYTECODE=1 \
+  OPENBLAS_NUM_THREADS=1 PATH='$(abspath $(dir $(PYTHON))):'"$$PATH"
+TESTS ?= tests
+PYTEST_FLAGS ?=
+
+deps:
+	@tools/setup check
+
+check:
+	@tools/setup check
+	$(again) all lint
+	$(again) test
+
+test:
+	$(Q)$(run_env) $(PYTHON) -m pytest -m 'not long' $(PYTEST_FLAGS) $(TESTS)
+
+check-long:
+	@tools/setup check
+	$(again) all
+	$(Q)$(run_env) $(PYTHON) -m pytest -m long $(PYTEST_FLAGS) $(TESTS)
+
+# Everything again under the address and undefined-behaviour sanitizers, in a
+# build folder of its own. Python is not built with them, so it gets their
+# run-time libraries (and libstdc++, whose exceptions they intercept) preloaded.
+check-san:
+	@tools/setup check
+	$(again) BUILD=$(BUILD)/san SANITIZE=1 CFLAGS='-O1 -g' test-san
+
+san_library = $(shell $(CC) -print-file-name=$(1))
+test-san: all $(BUILD)/lib/libsanitizer_options.so
+	$(Q)$(run_env) PYTHONMALLOC=malloc \
+	  LD_PRELOAD='$(abspath $(BUILD)/lib/libsanitizer_options.so) $(call san_library,libasan.so) $(call san_library,libubsan.so) $(call san_library,libstdc++.so.6)' \
+	  $(PYTHON) -m pytest -m 'not long and not release' $(PYTEST_FLAGS) $(TESTS)
+
+$(BUILD)/lib/libsanitizer_options.so: tests/sanitizer_options.c
+	@mkdir -p $(@D)
+	$(Q)$(CC) -std=c99 -DTALUS_PRELOAD -shared -fPIC -o $@ $<
+
+# The one static analyser that gates: zero findings. A stamp for each source, so
+# that only what changed is read again.
+CLANG_TIDY ?= clang-tidy
+LINT_SOURCES := $(LIB_SOURCES) $(if $(APP_MISSING),,$(COMMON_SOURCES) $(foreach d,$(APP_DIRS),$(wildcard $(d)/*.c)))
+LINT_HEADERS := $(HEADERS) $(wildcard lib/*.h lib/*/*.h apps/*/*.h)
+lint_flags = $(if $(filter lib/%,$(1)),$(LIB_FLAGS),$(APP_FLAGS))
+
+lint: $(LINT_SOURCES:%=$(BUILD)/lint/%.ok)
+$(BUILD)/lint/%.ok: % .clang-tidy $(LINT_HEADERS) | $(BUILD)/assets/assets.h
+	$(say) TIDY $<
+	@mkdir -p $(@D)
+	$(Q)$(CLANG_TIDY) --quiet --warnings-as-errors='*' $< -- $(call lint_flags,$<) >$@.out 2>&1 \
+	  || { grep -v ' warnings generated\.$$' $@.out; exit 1; }
+	@mv $@.out $@
+
+demo:
+	@tools/setup check
+	$(again) all
+	$(Q)$(run_env) tools/demo
+
+paper:
+	@tools/setup check
+	$(again) all
+	$(Q)$(run_env) tools/paper/run
+
+bench:
+	@tools/setup bench
+	$(again) all
+	$(Q)$(run_env) tools/bench/run
+
+# ---- install ----------------------------------------------------------------
+
+.PHONY: install uninstall
+BINDIR ?= $(PREFIX)/bin
+LIBDIR ?= $(PREFIX)/lib
+INCLUDEDIR ?= $(PREFIX)/include
+INSTALL ?= install
+
+install: all $(BUILD)/talus.pc
+	$(say) COPY '$(DESTDIR)$(PREFIX)'
+	$(Q)$(INSTALL) -d '$(DESTDIR)$(BINDIR)' '$(DESTDIR)$(LIBDIR)/pkgconfig' '$(DESTDIR)$(INCLUDEDIR)/talus'
+	$(Q)$(INSTALL) -m 644 $(HEADERS) '$(DESTDIR)$(INCLUDEDIR)/talus'
+	$(Q)$(INSTALL) -m 644 $(BUILD)/lib/libtalus.a '$(DESTDIR)$(LIBDIR)'
+	$(Q)$(INSTALL) -m 755 $(BUILD)/lib/libtalus.so '$(DESTDIR)$(LIBDIR)/libtalus.so.$(VERSION)'
+	$(Q)ln -sf libtalus.so.$(VERSION) '$(DESTDIR)$(LIBDIR)/$(SONAME)'
+	$(Q)ln -sf $(SONAME) '$(DESTDIR)$(LIBDIR)/libtalus.so'
+	$(Q)$(INSTALL) -m 644 $(BUILD)/talus.pc '$(DESTDIR)$(LIBDIR)/pkgconfig'
+	$(Q)$(if $(wildcard $(PROGRAMS)),$(INSTALL) -m 755 $(wildcard $(PROGRAMS)) '$(DESTDIR)$(BINDIR)')
+
+uninstall:
+	$(Q)rm -rf '$(DESTDIR)$(INCLUDEDIR)/talus'
+	$(Q)rm -f '$(DESTDIR)$(LIBDIR)'/libtalus.a '$(DESTDIR)$(LIBDIR)'/libtalus.so* \
+	  '$(DESTDIR)$(LIBDIR)/pkgconfig/talus.pc' $(PROGRAMS:$(BUILD)/bin/%='$(DESTDIR)$(BINDIR)/%')
+
+$(BUILD)/talus.pc: FORCE
+	@mkdir -p $(@D)
+	@printf '%s\n' 'prefix=$(PREFIX)' 'libdir=$(LIBDIR)' 'includedir=$(INCLUDEDIR)' '' \
+	  'Name: talus' 'Description: Dynamics of powered joints, identified from motor currents' \
+	  'Version: $(VERSION)' 'Cflags: -I$${includedir}' 'Libs: -L$${libdir} -ltalus' 'Libs.private: -lm' >$@
+
+# ---- housekeeping -----------------------------------------------------------
+
+.PHONY: clean format help
+CLANG_FORMAT ?= clang-format
+clean:
+	rm -rf $(BUILD) compile_commands.json
+
+format:
+	$(Q)$(CLANG_FORMAT) -i $(HEADERS) $(LIB_SOURCES) $(wildcard lib/*.h lib/*/*.h apps/*/*.[ch] tests/*.[ch])
+
+compile_commands.json: FORCE | $(BUILD)/assets/assets.h
+	$(say) GEN $@
+	@{ sep='['; \
+	for f in $(LIB_SOURCES); do \
+	  printf '%s\n{"directory": "%s", "file": "%s", "command": "%s"}' "$$sep" '$(CURDIR)' $$f \
+	    '$(CC) $(CPPFLAGS) $(LIB_FLAGS) $(CFLAGS) -c '$$f; sep=','; done; \
+	for f in $(COMMON_SOURCES) $(foreach d,$(APP_DIRS),$(wildcard $(d)/*.c)); do \
+	  printf '%s\n{"directory": "%s", "file": "%s", "command": "%s"}' "$$sep" '$(CURDIR)' $$f \
+	    '$(CC) $(CPPFLAGS) $(APP_FLAGS) $(CFLAGS) -c '$$f; sep=','; done; \
+	printf '\n]\n'; } >$@
+
+# `make print-LIB_FLAGS` shows a variable; the tests compile with the same flags.
+print-%:
+	@echo '$($*)'
+
+help:
+	@echo 'make               build everything into $(BUILD)/ (bin, lib)'
+	@echo 'make demo          simulate a bench, identify it, predict an unseen recording, draw it'
+	@echo 'make check         static analyser and tests (installs what is missing)'
+	@echo 'make check-san     tests under the address and undefined-behaviour sanitizers'
+	@echo 'make check-long    the long tests'
+	@echo 'make paper         reproduce the source paper on one page'
+	@echo 'make bench         compare speed with peers (installs them)'
+	@echo 'make deps          install what is missing: apt packages, .venv'
+	@echo 'make install       DESTDIR, PREFIX ($(PREFIX)); make uninstall'
+	@echo 'make lint format compile_commands.json clean'
+	@echo 'variables: V=1 CC CFLAGS LDFLAGS BUILD TESTS=tests/test_x.py PYTEST_FLAGS'

@@ -1,0 +1,51 @@
+/* model_file.h: a model as YAML, read with every rule checked and written so that it reads back
+ * to the same doubles.
+ *
+ *     struct model_file file;
+ *     if (model_file_read(path, &file, &error) != 0) return app_exit(&error);
+ *     file.model.mass_kg = ...;
+ *     if (model_file_write(out_path, &file, "identified from walk.csv", &error) != 0) ...
+ *
+ * The keys are those of models/leg.yaml, models/pendulum.yaml and models/slider.yaml. Besides the
+ * plant's own a model may have
+ *
+ *     form: lagrange                 # or paper (leg only)
+ *     score: {lowpass_hz: 30, order: 4, standstill: 0.008, guard_s: 0.016, trim_s: 0.25}
+ *                                    # any part of it; the rest keeps its default
+ *     signal: {order: 5, window_s: 0.04}
+ *                                    # window of the angles' reconstruction; absent: from the data
+ *     bounds:                        # of the parameters that identification moves: [lower, upper]
+ *       knee.friction.coulomb_Nm: [0, 10]   # by its key in this file,
+ *       shank_com_m: [0.05, 0.3]            # or by its name in the report
+ *     effects: []                    # no effect is known to this version
+ *
+ * A bound lies within the parameter's physical range and holds the file's own value; equal bounds
+ * keep the parameter where it is.
+ */
+#ifndef MODEL_FILE_H
+#define MODEL_FILE_H
+
+#include "error.h"
+#include "talus/plant.h"
+#include "talus/score.h"
+#include "talus/signal.h"
+
+struct model_file {
+  tl_model model;
+  tl_score_settings score; /* the defaults where the file says nothing */
+  int has_score;           /* the file has a `score:` */
+  tl_window window;        /* when has_window */
+  int has_window;          /* the file has a `signal:` */
+  /* in the order of tl_parameters: is there a bound, and which */
+  int bounded[TL_MAX_PARAMETERS];
+  double lower[TL_MAX_PARAMETERS], upper[TL_MAX_PARAMETERS];
+};
+
+/* 0, or -1 with status 2 and a text that names file, line and key. *file is untouched then. */
+int model_file_read(const char *path, struct model_file *file, struct app_error *error);
+
+/* Writes atomically (output.h), keys in the order of the examples. `comment` becomes the first
+ * lines, one '#' before each; Nullable: comment. 0, or -1 with status 1. */
+int model_file_write(const char *path, const struct model_file *file, const char *comment, struct app_error *error);
+
+#endif

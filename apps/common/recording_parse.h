@@ -1,0 +1,18 @@
+/* recording_parse.h: from text to rows in a spool (private to recording*.c). */
+#ifndef RECORDING_PARSE_H
+#define RECORDING_PARSE_H
+
+#include "recording_layout.h"
+#include "spool.h"
+
+struct recording {
+  struct layout layout;
+  struct spool *spool;
+  size_t rows;
+  double first_s, last_s, step_s;
+};
+
+/* Fills a recording whose layout.path and layout.plant are set, the rest zero. */
+int recording_parse(struct recording *recording, struct app_error *error);
+
+#endif

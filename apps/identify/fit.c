@@ -1,0 +1,216 @@
+/* fit.c: see fit.h. */
+#include "fit.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "swarm.h"
+
+#define BLOCK_S 0.5     /* residuals further apart than this count as independent */
+#define HUBER_K 1.345   /* 95 % efficiency on normal noise (Huber 1964) */
+#define HUBER_PASSES 12
+#define WIDEN_MOST 4
+
+/* ---- first pass: rows into factors ------------------------------------------ */
+
+struct folding {
+  tl_factor *factor; /* one a joint */
+  int joints;
+  const double *base;                /* NULL: plain least squares */
+  double scale[TL_MAX_JOINTS];       /* residual's scale for Huber's weights */
+  double *scratch, *weight;
+  size_t room;
+};
+
+static int fold_room(struct folding *f, size_t n, struct app_error *error)
+{
+  if (n <= f->room) return 0;
+  free(f->scratch);
+  free(f->weight);
+  f->scratch = malloc((TL_MAX_ROW + 1) * n * sizeof *f->scratch);
+  f->weight = malloc(n * sizeof *f->weight);
+  f->room = n;
+  return f->scratch && f->weight ? 0 : app_fail(error, APP_FAILED, "out of memory");
+}
+
+/* square roots of Huber's weights at the current base parameters */
+static void huber_weights(const struct folding *f, const tl_rows *rows, int joint)
+{
+  for (size_t k = 0; k < rows->n; k++) {
+    double e = fabs(tl_rows_residual(rows, f->base, k)), limit = HUBER_K * f->scale[joint];
+    f->weight[k] = e > limit ? sqrt(limit / e) : 1.0;
+  }
+}
+
+static int fold_part(const struct stream_part *part, void *context, struct app_error *error)
+{
+  struct folding *f = context;
+
+  for (int j = 0; j < f->joints; j++) {
+    const tl_rows *rows = &part->space->rows[j];
+    if (fold_room(f, rows->n ? rows->n : 1, error) != 0) return -1;
+    if (f->base) huber_weights(f, rows, j);
+    tl_rows_fold(rows, f->base ? f->weight : NULL, f->scratch, &f->factor[j]);
+  }
+  return 0;
+}
+
+static int fold_all(struct folding *f, const tl_model *model, struct stream *const *stream, int streams,
+                    struct app_error *error)
+{
+  int index[TL_MAX_ROW];
+
+  for (int j = 0; j < f->joints; j++)
+    if (tl_factor_init(&f->factor[j], tl_row_index(model, j, index)) != TL_OK)
+      return app_fail(error, APP_FAILED, "too many columns");
+  for (int i = 0; i < streams; i++)
+    if (stream_rows(stream[i], fold_part, f, error) != 0) return -1;
+  return 0;
+}
+
+/* ---- the search ------------------------------------------------------------- */
+
+static int set_problem(struct fit *fit, const tl_model *model, const struct fit_settings *settings,
+                       const tl_factor *factor, struct app_error *error)
+{
+  tl_status status = tl_problem_init(&fit->problem, model, &settings->identify, factor);
+
+  if (status == TL_OK) return 0;
+  if (status == TL_ERR_TOO_SHORT)
+    return app_fail(error, APP_BAD_INPUT, "too few samples in motion: after standstill and the ends of segments are "
+                                          "left out, a joint has fewer rows than parameters");
+  return app_fail(error, APP_BAD_INPUT, "%s",
+                  status == TL_ERR_RANGE ? "bounds: a lower bound lies above its upper one, or outside the "
+                                           "parameter's physical range"
+                                         : tl_status_text(status));
+}
+
+/* linear least squares for Huber's weights; iterated reweighting (Holland and Welsch 1977) */
+static int reweight(struct fit *fit, struct folding *f, const tl_model *model, const struct fit_settings *settings,
+                    struct stream *const *stream, int streams, struct app_error *error)
+{
+  double base[TL_FACTOR_MAX];
+
+  for (int pass = 0; pass < HUBER_PASSES; pass++) {
+    tl_status status = tl_factor_solve(&fit->problem.factor, 1e-10, base, NULL);
+    if (status != TL_OK) return app_fail(error, APP_FAILED, "%s", tl_status_text(status));
+    f->base = base;
+    memcpy(f->scale, fit->problem.noise, sizeof f->scale);
+    if (fold_all(f, model, stream, streams, error) != 0) return -1;
+    if (set_problem(fit, model, settings, f->factor, error) != 0) return -1;
+  }
+  return 0;
+}
+
+static int one_swarm(struct fit *fit, int threads, double *best, struct app_error *error)
+{
+  const tl_problem *p = &fit->problem;
+  size_t n = tl_identify_memory(p);
+  double *memory = malloc(n * sizeof *memory);
+  tl_pso swarm;
+  tl_status status;
+  int result;
+
+  if (!memory) return app_fail(error, APP_FAILED, "out of memory for %d particles", p->settings.swarm.particles);
+  status = tl_pso_init(&swarm, &p->settings.swarm, p->parameters, p->lower, p->upper, memory, n);
+  result = status == TL_OK ? swarm_run(&swarm, tl_identify_cost, p, threads, error)
+                           : app_fail(error, APP_BAD_INPUT, "swarm settings: %s", tl_status_text(status));
+  if (result == 0) {
+    memcpy(best, swarm.best, (size_t)p->parameters * sizeof *best);
+    fit->evaluations += swarm.evaluations;
+  }
+  free(memory);
+  return result;
+}
+
+static int search(struct fit *fit, int threads, struct app_error *error)
+{
+  double best[TL_MAX_PARAMETERS];
+  tl_status status;
+
+  do {
+    if (one_swarm(fit, threads, best, error) != 0) return -1;
+  } while (fit->widened < WIDEN_MOST && tl_problem_widen(&fit->problem, best) && ++fit->widened);
+  status = tl_identify_conclude(&fit->problem, best, &fit->result);
+  return status == TL_OK ? 0 : app_fail(error, APP_FAILED, "%s", tl_status_text(status));
+}
+
+/* ---- second pass: errors and standard deviations ------------------------------ */
+
+struct judging {
+  struct fit *fit;
+  tl_sandwich sandwich;
+  double nominal[TL_MAX_BASE];
+  int recording;
+  fit_trace trace;
+  void *context;
+};
+
+static void judge_row(struct judging *g, const tl_rows *rows, int joint, size_t k, double t_s)
+{
+  double measured = rows->x[(size_t)(rows->columns + 1) * rows->stride + k];
+  double nominal = tl_rows_residual(rows, g->nominal, k), rest = tl_rows_residual(rows, g->fit->result.base, k);
+  struct fit_error *e = &g->fit->error[joint];
+  struct fit_instant now = {g->recording, joint, t_s, measured, measured - nominal, measured - rest, rows->kind[k]};
+
+  if (rows->kind[k] == TL_ROW_SCORED) {
+    e->nominal += nominal * nominal;
+    e->identified += rest * rest;
+    e->measured += measured * measured;
+    e->scored++;
+    tl_sandwich_add(&g->sandwich, t_s, rows->x + k, rows->stride, rows->index, rows->columns,
+                    g->fit->problem.weight[joint], rest);
+  } else if (rows->kind[k] == TL_ROW_STANDSTILL) {
+    e->reversal += rest * rest;
+    e->left_out++;
+  }
+  if (g->trace) g->trace(&now, g->context);
+}
+
+static int judge_part(const struct stream_part *part, void *context, struct app_error *error)
+{
+  struct judging *g = context;
+  const tl_rows *rows = part->space->rows;
+
+  (void)error;
+  for (size_t k = 0; k < rows[0].n; k++)
+    for (int j = 0; j < g->fit->problem.joints; j++)
+      judge_row(g, &rows[j], j, k, rows[0].begin_s + (double)k * part->regression->step_s);
+  return 0;
+}
+
+static int judge(struct fit *fit, const tl_model *model, struct stream *const *stream, int streams, fit_trace trace,
+                 void *context, struct app_error *error)
+{
+  struct judging g = {.fit = fit, .trace = trace, .context = context};
+  tl_status status = tl_sandwich_init(&g.sandwich, fit->problem.bases, BLOCK_S);
+
+  tl_base_values(model, g.nominal);
+  for (g.recording = 0; status == TL_OK && g.recording < streams; g.recording++) {
+    if (stream_rows(stream[g.recording], judge_part, &g, error) != 0) return -1;
+    tl_sandwich_close(&g.sandwich);
+  }
+  if (status == TL_OK) status = tl_identify_sigma(&fit->problem, &g.sandwich, &fit->result);
+  fit->few_blocks = status == TL_ERR_TOO_SHORT;
+  return status == TL_OK || fit->few_blocks ? 0 : app_fail(error, APP_FAILED, "%s", tl_status_text(status));
+}
+
+int fit_run(struct fit *fit, const tl_model *model, const struct fit_settings *settings, struct stream *const *stream,
+            int streams, fit_trace trace, void *context, struct app_error *error)
+{
+  struct folding f = {.joints = tl_joint_count(model)};
+  int result;
+
+  memset(fit, 0, sizeof *fit);
+  f.factor = calloc((size_t)f.joints, sizeof *f.factor);
+  if (!f.factor) return app_fail(error, APP_FAILED, "out of memory");
+  result = fold_all(&f, model, stream, streams, error);
+  if (result == 0) result = set_problem(fit, model, settings, f.factor, error);
+  if (result == 0 && settings->huber) result = reweight(fit, &f, model, settings, stream, streams, error);
+  free(f.factor);
+  free(f.scratch);
+  free(f.weight);
+  if (result == 0) result = search(fit, settings->threads, error);
+  return result == 0 ? judge(fit, model, stream, streams, trace, context, error) : -1;
+}

@@ -1,0 +1,60 @@
+/* factor.h: least squares by a small triangular factor, streamed.
+ *
+ * Rows (x_1 .. x_p | z) are folded into an upper triangle R of p + 1 columns by
+ * Householder reflections, block after block; whatever the number of rows, the
+ * cost |X b - z|^2 is afterwards that of p (p + 1) / 2 products. Unlike a Gram
+ * matrix it keeps all digits near a noise-free optimum.
+ *
+ *     tl_factor f;
+ *     tl_factor_init(&f, 9);
+ *     tl_factor_add(&f, rows, 128);
+ *     tl_factor_solve(&f, 1e-12, b, &rank);
+ */
+#ifndef TALUS_FACTOR_H
+#define TALUS_FACTOR_H
+
+#include <stddef.h>
+
+#include "talus/status.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+#define TL_FACTOR_MAX 32 /* columns, without the right-hand side */
+
+/* Row i of r holds columns i..p of R, column p being the right-hand side;
+ * r[i * TL_FACTOR_STRIDE + j]. Entries below the diagonal are not used. */
+#define TL_FACTOR_STRIDE (TL_FACTOR_MAX + 1)
+typedef struct tl_factor {
+  int columns;     /* p */
+  size_t rows;     /* how many were added */
+  double r[TL_FACTOR_STRIDE * TL_FACTOR_STRIDE];
+} tl_factor;
+
+/* Empty factor of `columns` 1..TL_FACTOR_MAX. */
+TL_CHECK tl_status tl_factor_init(tl_factor *f, int columns);
+/* Fold n rows in, column-major: column j at rows_cm + j * stride, j = 0..p (the
+ * last is the right-hand side). The block is overwritten. stride >= n. */
+void tl_factor_add(tl_factor *f, double *rows_cm, size_t n, size_t stride);
+/* Fold another factor in, its columns weighted by `weight` and mapped:
+ * its column j becomes column index[j] of f. */
+void tl_factor_merge(tl_factor *f, const tl_factor *other, const int *index, double weight);
+/* |X b - z|^2 over all rows. */
+double tl_factor_cost(const tl_factor *f, const double *b);
+/* Least-squares b of minimum norm (columns scaled to unit length first);
+ * directions whose singular value is below tolerance times the largest are
+ * left at 0. *rank is the number kept. Nullable: rank. */
+TL_CHECK tl_status tl_factor_solve(const tl_factor *f, double tolerance, double *b, int *rank);
+/* (X'X)^-1 on the kept directions (0 elsewhere), row-major p x p. */
+TL_CHECK tl_status tl_factor_covariance(const tl_factor *f, double tolerance, double *covariance);
+
+/* Singular values (falling) and right singular vectors of a dense m x n
+ * matrix, m >= n, row-major, by one-sided Jacobi rotations (Hestenes 1958).
+ * `a` becomes U S; vector k is v[j * n + k]. Deterministic. */
+TL_CHECK tl_status tl_svd(double *a, int m, int n, double *singular, double *v);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

@@ -1,0 +1,41 @@
+/* filter.h: zero-phase Butterworth low-pass, as the score uses it.
+ *
+ *     tl_lowpass f;
+ *     if (tl_lowpass_init(&f, 4, 30.0, 0.004) != TL_OK) ...
+ *     tl_lowpass_zero_phase(&f, x, n, stride);
+ */
+#ifndef TALUS_FILTER_H
+#define TALUS_FILTER_H
+
+#include <stddef.h>
+
+#include "talus/status.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+#define TL_LOWPASS_MAX_ORDER 8
+#define TL_LOWPASS_PAD 60 /* samples of odd extension at each end, as scipy's filtfilt with padlen 60 */
+
+/* A cascade of second-order sections; `pass` set means: does nothing. */
+typedef struct tl_lowpass {
+  int sections;
+  int pass;
+  double b[TL_LOWPASS_MAX_ORDER / 2][3];
+  double a[TL_LOWPASS_MAX_ORDER / 2][3];
+  size_t settling; /* samples until the slowest pole has decayed to 1e-17 */
+} tl_lowpass;
+
+/* Bilinear Butterworth of `order` 1..8 at cutoff_hz for samples each step_s.
+ * When 2 cutoff step >= 0.95 (near or above Nyquist) the filter passes all. */
+TL_CHECK tl_status tl_lowpass_init(tl_lowpass *f, int order, double cutoff_hz, double step_s);
+/* Forward and backward in place over n samples, each section started at the
+ * steady state of its first input, odd extension of min(n - 1, 60) samples
+ * (Gustafsson 1996 discusses the choice). n >= 1. */
+void tl_lowpass_zero_phase(const tl_lowpass *f, double *x, size_t n);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

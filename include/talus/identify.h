@@ -1,0 +1,123 @@
+/* identify.h: the plant's parameters from the factors of its recordings.
+ *
+ * The regression rows of any number of recordings, folded into one factor a
+ * joint, hold all that identification needs: a particle costs O(p^2), not O(N).
+ *
+ *     tl_problem problem;
+ *     tl_identify_settings s = tl_identify_defaults();
+ *     tl_problem_init(&problem, &model, &s, factor);
+ *     tl_identify_swarm(&problem, memory, tl_identify_memory(&problem), p, &swarm_info);
+ *     tl_identify_conclude(&problem, p, &result);
+ *     tl_identify_sigma(&problem, &sandwich, &result);   // after a second look at the rows
+ */
+#ifndef TALUS_IDENTIFY_H
+#define TALUS_IDENTIFY_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+#include "talus/factor.h"
+#include "talus/plant.h"
+#include "talus/pso.h"
+#include "talus/status.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* How the joints' residuals are weighted: by each joint's noise (the residual
+ * of its own least squares), or all equal, (16) as printed. */
+typedef enum tl_weighting { TL_WEIGHT_NOISE = 0, TL_WEIGHT_EQUAL = 1 } tl_weighting;
+
+typedef struct tl_identify_settings {
+  tl_pso_settings swarm;
+  tl_weighting weighting;
+  double null_tolerance;           /* singular values below this share of the largest: not seen by the data */
+  int fixed[TL_MAX_PARAMETERS];    /* 1: keep at the model's value */
+  int bounded[TL_MAX_PARAMETERS];  /* 1: lower and upper below are the user's */
+  double lower[TL_MAX_PARAMETERS]; /* in the order of tl_parameters */
+  double upper[TL_MAX_PARAMETERS];
+} tl_identify_settings;
+
+tl_identify_settings tl_identify_defaults(void);
+
+/* What the swarm searches in: a weighted factor over all base parameters, bounds and scales. */
+typedef struct tl_problem {
+  tl_model model; /* with the prior's values */
+  tl_identify_settings settings;
+  int parameters, bases, joints;
+  double weight[TL_MAX_JOINTS]; /* factor on each joint's residual */
+  double noise[TL_MAX_JOINTS];  /* RMS residual of each joint's own least squares */
+  double prior[TL_MAX_PARAMETERS];
+  double scale[TL_MAX_PARAMETERS]; /* |prior|, or a tenth of the search's width where that is 0 */
+  double lower[TL_MAX_PARAMETERS], upper[TL_MAX_PARAMETERS];
+  tl_factor factor;
+} tl_problem;
+
+/* Combine the joints' factors (columns of joint j: tl_row_index; (joints) of them).
+ * TL_ERR_TOO_SHORT when a factor has fewer rows than columns; TL_ERR_RANGE when
+ * bounds contradict each other or leave the prior's physical range. */
+TL_CHECK tl_status tl_problem_init(tl_problem *problem, const tl_model *prior, const tl_identify_settings *s,
+                                   const tl_factor *factor);
+
+/* Mean square of (16) at physical parameters x, weighted; context is the tl_problem. A tl_pso_cost. */
+double tl_identify_cost(const double *x, const void *context);
+
+/* Doubles of memory for the swarm. */
+size_t tl_identify_memory(const tl_problem *problem);
+/* The swarm in the calling thread: best (parameters). Nullable: evaluations. */
+TL_CHECK tl_status tl_identify_swarm(const tl_problem *problem, double *memory, size_t memory_n, double *best,
+                                     uint64_t *evaluations);
+/* Widen (tenfold) the upper bounds that were not the user's and that `best` has
+ * run into: 1 when any was, and the swarm should run again. */
+int tl_problem_widen(tl_problem *problem, const double *best);
+
+typedef struct tl_identify_result {
+  double value[TL_MAX_PARAMETERS];
+  double sigma[TL_MAX_PARAMETERS];     /* standard deviation; NaN where not identifiable */
+  int identifiable[TL_MAX_PARAMETERS]; /* 0: the data do not fix it (null space, or fixed by settings) */
+  int at_bound[TL_MAX_PARAMETERS];     /* 1: value lies on a bound of the search */
+  double base[TL_MAX_BASE];
+  double base_sigma[TL_MAX_BASE]; /* NaN where the data do not fix it */
+  /* null directions: relative changes (in units of the scale) that leave every
+   * prediction as it is; unit length, largest entry positive */
+  int null_count;
+  double null_direction[TL_MAX_PARAMETERS][TL_MAX_PARAMETERS];
+  double condition_number;   /* of the regressor over the free base parameters, columns at unit length */
+  double cost;               /* of the swarm's optimum, see tl_identify_cost */
+  double least_squares_cost; /* of linear least squares over the same base parameters, no bounds */
+} tl_identify_result;
+
+/* From the swarm's optimum to the answer: the null space found from the data,
+ * the point of the solution set nearest to the prior (minimum of the squared
+ * relative changes), and the certificate. Sigmas are NaN until tl_identify_sigma. */
+TL_CHECK tl_status tl_identify_conclude(const tl_problem *problem, const double *best, tl_identify_result *result);
+
+/* ---- how sure ----------------------------------------------------------- */
+
+/* Covariance of correlated residuals: the products x e are summed over blocks
+ * of block_s, and the blocks' sums are taken as independent (White 1984; the "batch" or
+ * cluster estimate), which holds whatever the noise's colour within a block. */
+typedef struct tl_sandwich {
+  int bases;
+  double block_s;
+  double begin_s;
+  size_t blocks, rows;
+  double sum[TL_MAX_BASE];
+  double meat[TL_MAX_BASE * TL_MAX_BASE];
+} tl_sandwich;
+
+TL_CHECK tl_status tl_sandwich_init(tl_sandwich *s, int bases, double block_s);
+/* One row: its instant, columns x (n of base parameters index[]), residual, both times the joint's weight. */
+void tl_sandwich_add(tl_sandwich *s, double t_s, const double *x, size_t stride, const int *index, int n,
+                     double weight, double residual);
+/* End the last block (also between recordings). */
+void tl_sandwich_close(tl_sandwich *s);
+
+/* Fill the sigmas. TL_ERR_TOO_SHORT with fewer blocks than base parameters + 2 (sigmas then stay NaN). */
+TL_CHECK tl_status tl_identify_sigma(const tl_problem *problem, const tl_sandwich *s, tl_identify_result *result);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

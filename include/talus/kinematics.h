@@ -1,0 +1,97 @@
+/* kinematics.h: from a recording's columns to joint motion.
+ *
+ * Angles become position, velocity and acceleration by sliding windows that
+ * never reach across a stop of their own joint: at a stop friction turns over
+ * and the acceleration jumps, and a window across it would smear the jump into friction
+ * and inertia. Stops are found from the angles alone. docs/signal.md gives the reasons.
+ *
+ *     tl_layout layout;
+ *     tl_layout_init(&layout, &model, recorded_channels);
+ *     tl_sense(&model, &layout, j, &score, step_s, &block, work, work_n, &sensing[j]);   // once a recording
+ *     tl_kinematics(&model, &layout, sensing, &block, work, work_n, &track);         // block by block
+ */
+#ifndef TALUS_KINEMATICS_H
+#define TALUS_KINEMATICS_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+#include "talus/channel.h"
+#include "talus/plant.h"
+#include "talus/score.h"
+#include "talus/signal.h"
+#include "talus/status.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+#define TL_BRIDGE_S 0.1         /* a stop shorter than this is bridged, a longer one is a hold */
+#define TL_NO_ROW ((size_t)-1)  /* a stop that begins before or ends after the block */
+
+/* Rows of a recording by channel; NULL where a channel was not recorded. Rows of one
+ * block are valid and without gap. */
+typedef struct tl_block {
+  size_t n;
+  const double *t_s;                       /* (n), rises strictly */
+  const double *channel[TL_CHANNEL_COUNT]; /* (n) each; Nullable */
+} tl_block;
+
+/* Which channel tells what; TL_CHANNEL_COUNT where none does. */
+typedef struct tl_layout {
+  tl_channel position[TL_MAX_JOINTS];
+  tl_channel velocity[TL_MAX_JOINTS]; /* used where no position was recorded */
+  tl_channel effort[TL_MAX_JOINTS];   /* current, torque or force */
+  double effort_scale[TL_MAX_JOINTS]; /* effort channel to [N m] or [N] */
+  tl_channel load;                    /* a torque sensor at the output */
+} tl_layout;
+
+/* recorded: set of TL_CHANNEL_BIT. TL_ERR_UNSUPPORTED when a required channel is missing. */
+TL_CHECK tl_status tl_layout_init(tl_layout *layout, const tl_model *m, uint32_t recorded);
+
+/* How one joint's angle is read, from its own data. */
+typedef struct tl_sensing {
+  tl_window window; /* of the reconstruction: order 5 over 1 / lowpass_hz unless chosen by the user */
+  double noise;     /* standard deviation of the recorded angle (or velocity), in its own units */
+  double step;      /* its resolution, in its own units; 0 if none was seen */
+  tl_window quick;  /* of the velocity that finds the stops: the shortest that tells standstill from noise */
+  double standstill; /* |joint velocity| below which the joint counts as standing */
+} tl_sensing;
+
+/* Measure a joint's sensing on a sample of its rows (a few thousand serve).
+ * TL_ERR_TOO_SHORT with fewer rows than 30. */
+size_t tl_sense_workspace(size_t n);
+TL_CHECK tl_status tl_sense(const tl_model *m, const tl_layout *layout, int joint, const tl_score_settings *score,
+                            double step_s, const tl_block *sample, double *work, size_t work_n, tl_sensing *out);
+
+/* A stop of one joint: it stands between rows `before` and `after` (both still moving). */
+typedef struct tl_stop {
+  size_t before, after; /* TL_NO_ROW where the block does not show it */
+  double begin_s;       /* instant at which it came to rest */
+} tl_stop;
+
+/* Motion of every joint over a block; arrays of the caller's memory, see tl_track_init. */
+typedef struct tl_track {
+  size_t capacity;
+  double *q[TL_MAX_JOINTS], *v[TL_MAX_JOINTS], *a[TL_MAX_JOINTS]; /* [rad] or [m] */
+  double *slip[TL_MAX_JOINTS];  /* direction of friction, [-1, 1] */
+  double *speed[TL_MAX_JOINTS]; /* |velocity| that the score's standstill is judged by */
+  tl_stop *stop[TL_MAX_JOINTS]; /* in order of time */
+  size_t stops[TL_MAX_JOINTS];
+} tl_track;
+
+/* Doubles and stops of memory for blocks of at most `capacity` rows. */
+size_t tl_track_memory(int joints, size_t capacity);
+void tl_track_init(tl_track *track, int joints, size_t capacity, double *memory, tl_stop *stops);
+
+/* Doubles of workspace for tl_kinematics on blocks of at most `capacity` rows. */
+size_t tl_kinematics_workspace(size_t capacity);
+/* Joint motion of a block (sensing: one a joint). Within a window of the block's
+ * ends the result depends on where the block was cut, elsewhere it does not. */
+TL_CHECK tl_status tl_kinematics(const tl_model *m, const tl_layout *layout, const tl_sensing *sensing,
+                                 const tl_block *block, double *work, size_t work_n, tl_track *track);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

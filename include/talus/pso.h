@@ -1,0 +1,84 @@
+/* pso.h: a deterministic particle swarm.
+ *
+ * Each number a particle draws depends on (seed, restart, iteration, particle,
+ * dimension) alone, and each generation reads only the bests of the one before;
+ * so particles may be moved by any number of threads, in any order, and the
+ * swarm is the same bit for bit.
+ *
+ *     tl_pso swarm;
+ *     tl_pso_settings s = tl_pso_defaults();
+ *     tl_pso_init(&swarm, &s, 10, lower, upper, memory, tl_pso_memory(&s, 10));
+ *     tl_pso_run(&swarm, cost, context);
+ *     // swarm.best[0..9], swarm.best_cost, swarm.evaluations
+ */
+#ifndef TALUS_PSO_H
+#define TALUS_PSO_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+#include "talus/status.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+#define TL_PSO_MAX_DIMENSIONS 64
+
+typedef enum tl_pso_form {
+  TL_PSO_CONSTRICTION = 0, /* Clerc and Kennedy 2002 */
+  TL_PSO_INERTIA = 1       /* Shi and Eberhart 1998, inertia falling linearly */
+} tl_pso_form;
+
+typedef enum tl_pso_topology { TL_PSO_GLOBAL = 0, TL_PSO_RING = 1 } tl_pso_topology;
+
+typedef struct tl_pso_settings {
+  tl_pso_form form;
+  tl_pso_topology topology;
+  int particles;        /* >= 2 */
+  int iterations;       /* largest number of generations, >= 1 */
+  int restarts;         /* independent swarms, the best one wins; >= 1 */
+  double cognitive;     /* c1: pull to the particle's own best */
+  double social;        /* c2: pull to the neighbourhood's best */
+  double inertia_begin; /* inertia form: weight at the first generation */
+  double inertia_end;   /* ... and at the last */
+  double tolerance;     /* stop when the swarm's spread (in units of the bounds' width) falls below; 0: never */
+  uint64_t seed;
+} tl_pso_settings;
+
+/* Constriction, global best, 100 particles, 1,000 generations, one swarm, seed 1. */
+tl_pso_settings tl_pso_defaults(void);
+
+/* Cost of a point x (n): finite or +infinity; must be a pure function. */
+typedef double (*tl_pso_cost)(const double *x, const void *context);
+
+typedef struct tl_pso {
+  tl_pso_settings settings;
+  int dimensions;
+  const double *lower, *upper; /* (dimensions), the caller's */
+  int restart, iteration;      /* where it stands */
+  uint64_t evaluations;
+  double best_cost;            /* over all restarts */
+  double *best;                /* (dimensions) */
+  double *position, *velocity; /* (particles x dimensions) */
+  double *own, *own_cost;      /* each particle's best */
+  double *lead;                /* (particles): index of whom it follows, as double */
+} tl_pso;
+
+/* Doubles of memory a swarm needs. */
+size_t tl_pso_memory(const tl_pso_settings *s, int dimensions);
+/* lower < upper (or equal: the dimension stays). */
+TL_CHECK tl_status tl_pso_init(tl_pso *swarm, const tl_pso_settings *s, int dimensions, const double *lower,
+                               const double *upper, double *memory, size_t memory_n);
+/* One generation by hand: move particles [first, last) (threads may share the
+ * work), then close it once. tl_pso_close returns 1 while there is more to do. */
+void tl_pso_move(tl_pso *swarm, int first, int last, tl_pso_cost cost, const void *context);
+int tl_pso_close(tl_pso *swarm);
+/* All generations in the calling thread. TL_ERR_NOT_FINITE when no particle
+ * ever had a finite cost. */
+TL_CHECK tl_status tl_pso_run(tl_pso *swarm, tl_pso_cost cost, const void *context);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

@@ -1,0 +1,70 @@
+/* simulate.h: a plant in forward time, with Coulomb friction that really sticks.
+ *
+ * Each joint slides in one direction, or sticks. Between changes the equations
+ * are smooth and take Runge-Kutta steps of fourth order; the instant at which a
+ * sliding joint comes to rest, or at which a sticking one breaks loose, is found
+ * on the step's own length, so that no step straddles a change and the order is
+ * kept. There is no regularisation: a joint that sticks stands still to the last bit.
+ *
+ *     tl_simulation s;
+ *     tl_simulation_init(&s, &model, q, v);
+ *     double torque_Nm[TL_MAX_JOINTS] = {0.1, 0.0};
+ *     tl_simulate(&model, tl_held_torque, torque_Nm, 0.001, &s, s.t_s + 0.01);
+ *     // s.motion.q, .v, .a; s.motion.slip is the friction's share of the Coulomb level
+ */
+#ifndef TALUS_SIMULATE_H
+#define TALUS_SIMULATE_H
+
+#include "talus/plant.h"
+#include "talus/status.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+#define TL_EVENT_TIME_S 1e-12 /* instants of change are located to this */
+
+typedef enum tl_joint_mode {
+  TL_MODE_BACKWARD = -1, /* slides with v <= 0 */
+  TL_MODE_STICK = 0,     /* v = 0, friction between the two Coulomb levels */
+  TL_MODE_FORWARD = 1,   /* slides with v >= 0 */
+  TL_MODE_FREE = 2       /* no Coulomb friction: nothing to stick */
+} tl_joint_mode;
+
+/* Where the plant stands. Plain data: a copy can be continued as well. */
+typedef struct tl_simulation {
+  double t_s;
+  tl_motion motion; /* q, v; a and slip as they are at t_s, before any later change of torque */
+  tl_joint_mode mode[TL_MAX_JOINTS];
+  double work_J;         /* what motors (less the model's torque or force offset) have put in */
+  double dissipated_J;   /* what friction has taken: kinetic + potential + dissipated - work stays */
+  unsigned long changes; /* of mode so far: stops, reversals and breakaways */
+} tl_simulation;
+
+/* Torque at an instant, as tl_forward takes it. Smooth within one call of tl_simulate; what it
+ * depends on is in `context`. */
+typedef void (*tl_torque_law)(const void *context, double t_s, const tl_motion *motion,
+                              double torque[TL_MAX_JOINTS]);
+
+/* The law of a constant torque: context is const double[TL_MAX_JOINTS]. */
+void tl_held_torque(const void *context, double t_s, const tl_motion *motion, double torque[TL_MAX_JOINTS]);
+
+/* At t = 0 with joint positions q and velocities v. TL_ERR_UNSUPPORTED for `form: paper` with
+ * Coulomb friction: there it acts between bodies that no joint connects, and cannot stick. */
+TL_CHECK tl_status tl_simulation_init(tl_simulation *s, const tl_model *m, const double q[TL_MAX_JOINTS],
+                                      const double v[TL_MAX_JOINTS]);
+
+/* On to until_s >= s->t_s, in equal steps of at most step_s and shorter ones at changes. A joint that
+ * would stop and start again the same way within one step is not seen to do so: step_s should be
+ * small against such motion (1 ms serves actuators of this kind). Where several joints are at rest
+ * together the one solution of all of them is taken.
+ * TL_ERR_NOT_FINITE when the motion leaves the numbers (a linkage beyond its range),
+ * TL_ERR_SINGULAR as tl_forward, TL_ERR_NO_CONVERGENCE after 1,000 changes within one call. On
+ * failure *s is where it was last sound. */
+TL_CHECK tl_status tl_simulate(const tl_model *m, tl_torque_law law, const void *context, double step_s,
+                               tl_simulation *s, double until_s);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

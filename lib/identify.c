@@ -1,0 +1,169 @@
+/* identify.c: the swarm's problem; see talus/identify.h. */
+#include "talus/identify.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "talus/math.h"
+
+#define PRIOR_FACTOR 10.0 /* default upper bound, in priors */
+#define COLUMN_FACTOR 3.0 /* where the prior is 0: in torques that the column alone would explain */
+#define NEAR_BOUND 1e-3   /* of the bounds' width */
+
+tl_identify_settings tl_identify_defaults(void)
+{
+  tl_identify_settings s;
+
+  memset(&s, 0, sizeof s);
+  s.swarm = tl_pso_defaults();
+  s.weighting = TL_WEIGHT_NOISE;
+  s.null_tolerance = 1e-8;
+  return s;
+}
+
+/* RMS residual of one joint's own least squares, from its factor's last entry */
+static double own_residual(const tl_factor *f)
+{
+  double b[TL_FACTOR_MAX];
+
+  if (f->rows == 0 || tl_factor_solve(f, 1e-10, b, NULL) != TL_OK) return 0.0;
+  return sqrt(tl_factor_cost(f, b) / (double)f->rows);
+}
+
+/* length of column j of the factor */
+static double column_length(const tl_factor *f, int j)
+{
+  double sum = 0.0;
+  int i;
+
+  for (i = 0; i <= j; i++) sum += f->r[i * TL_FACTOR_STRIDE + j] * f->r[i * TL_FACTOR_STRIDE + j];
+  return sqrt(sum);
+}
+
+/* all joints in one factor, each weighted so that noise counts the same everywhere */
+static tl_status combine(tl_problem *p, const tl_factor *factor)
+{
+  int j, index[TL_MAX_ROW];
+  double least = 0.0, most = 0.0;
+  tl_status status = tl_factor_init(&p->factor, p->bases);
+
+  for (j = 0; j < p->joints && status == TL_OK; j++) {
+    if (factor[j].rows <= (size_t)factor[j].columns) return TL_ERR_TOO_SHORT;
+    p->noise[j] = own_residual(&factor[j]);
+    most = p->noise[j] > most ? p->noise[j] : most;
+  }
+  /* a joint without any residual (noise-free data) must not weigh infinitely */
+  least = most > 0.0 ? 1e-6 * most : 1.0;
+  for (j = 0; j < p->joints; j++) {
+    double noise = p->noise[j] > least ? p->noise[j] : least;
+    p->weight[j] = p->settings.weighting == TL_WEIGHT_NOISE ? 1.0 / noise : 1.0;
+    tl_row_index(&p->model, j, index);
+    tl_factor_merge(&p->factor, &factor[j], index, p->weight[j]);
+  }
+  return status;
+}
+
+/* the size at which parameter i alone would explain the whole torque, through its base parameters */
+static double natural_size(const tl_problem *p, const double *jacobian, int i)
+{
+  double torque = column_length(&p->factor, p->bases), size = 0.0;
+  int b;
+
+  for (b = 0; b < p->bases; b++) {
+    double share = fabs(jacobian[b * p->parameters + i]) * column_length(&p->factor, b);
+    if (share > 0.0 && (size == 0.0 || torque / share < size)) size = torque / share;
+  }
+  return size > 0.0 ? size : 1.0;
+}
+
+/* search bounds: the user's, or from the prior's size, or from the data's */
+static tl_status set_bounds(tl_problem *p)
+{
+  double jacobian[TL_MAX_BASE * TL_MAX_PARAMETERS];
+  int i, n;
+  const tl_parameter *table = tl_parameters(&p->model, &n);
+
+  tl_base_jacobian(&p->model, jacobian);
+  for (i = 0; i < n; i++) {
+    double size = COLUMN_FACTOR * natural_size(p, jacobian, i);
+    if (p->settings.bounded[i]) {
+      p->lower[i] = p->settings.lower[i];
+      p->upper[i] = p->settings.upper[i];
+    } else {
+      if (p->prior[i] != 0.0) size = PRIOR_FACTOR * fabs(p->prior[i]);
+      if (table[i].angle) size = TL_PI;
+      p->upper[i] = size;
+      p->lower[i] = table[i].lower > -size ? table[i].lower : -size;
+    }
+    if (p->settings.fixed[i]) p->lower[i] = p->upper[i] = p->prior[i];
+    if (!(p->lower[i] <= p->upper[i]) || p->lower[i] < table[i].lower) return TL_ERR_RANGE;
+    p->scale[i] = p->prior[i] != 0.0 ? fabs(p->prior[i]) : 0.1 * (p->upper[i] - p->lower[i]);
+    if (!(p->scale[i] > 0.0)) p->scale[i] = 1.0;
+  }
+  return TL_OK;
+}
+
+tl_status tl_problem_init(tl_problem *problem, const tl_model *prior, const tl_identify_settings *s,
+                          const tl_factor *factor)
+{
+  tl_status status;
+
+  if (!problem || !prior || !s || !factor) return TL_ERR_ARGUMENT;
+  memset(problem, 0, sizeof *problem);
+  problem->model = *prior;
+  problem->settings = *s;
+  problem->joints = tl_joint_count(prior);
+  problem->bases = tl_base_count(prior);
+  tl_parameters(prior, &problem->parameters);
+  tl_parameters_get(prior, problem->prior);
+  status = combine(problem, factor);
+  return status == TL_OK ? set_bounds(problem) : status;
+}
+
+double tl_identify_cost(const double *x, const void *context)
+{
+  const tl_problem *p = context;
+  double base[TL_MAX_BASE];
+  tl_model m = p->model;
+
+  tl_parameters_set(&m, x);
+  tl_base_values(&m, base);
+  return tl_factor_cost(&p->factor, base) / (double)p->factor.rows;
+}
+
+size_t tl_identify_memory(const tl_problem *problem)
+{
+  return tl_pso_memory(&problem->settings.swarm, problem->parameters);
+}
+
+tl_status tl_identify_swarm(const tl_problem *problem, double *memory, size_t memory_n, double *best,
+                            uint64_t *evaluations)
+{
+  tl_pso swarm;
+  tl_status status = tl_pso_init(&swarm, &problem->settings.swarm, problem->parameters, problem->lower,
+                                 problem->upper, memory, memory_n);
+
+  if (status == TL_OK) status = tl_pso_run(&swarm, tl_identify_cost, problem);
+  if (status != TL_OK) return status;
+  memcpy(best, swarm.best, (size_t)problem->parameters * sizeof *best);
+  if (evaluations) *evaluations = swarm.evaluations;
+  return TL_OK;
+}
+
+int tl_problem_widen(tl_problem *problem, const double *best)
+{
+  int i, n, widened = 0;
+  const tl_parameter *table = tl_parameters(&problem->model, &n);
+
+  for (i = 0; i < n; i++) {
+    double width = problem->upper[i] - problem->lower[i];
+    int above = best[i] > problem->upper[i] - NEAR_BOUND * width;
+    int below = best[i] < problem->lower[i] + NEAR_BOUND * width && problem->lower[i] > table[i].lower;
+
+    if (problem->settings.bounded[i] || problem->settings.fixed[i] || table[i].angle || !(above || below)) continue;
+    problem->upper[i] *= above ? PRIOR_FACTOR : 1.0;
+    problem->lower[i] *= below ? PRIOR_FACTOR : 1.0;
+    widened = 1;
+  }
+  return widened;
+}

@@ -1,0 +1,224 @@
+/* kinematics.c: see talus/kinematics.h. */
+#include "talus/kinematics.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "stops.h"
+#include "talus/transmission.h"
+
+#define PIECE_ORDER_ROOM 2 /* a piece of L rows bears a polynomial of order L - 2 at most */
+
+static int has(uint32_t recorded, tl_channel c)
+{
+  return (recorded & TL_CHANNEL_BIT(c)) != 0;
+}
+
+static tl_channel if_recorded(uint32_t recorded, tl_channel c)
+{
+  return has(recorded, c) ? c : TL_CHANNEL_COUNT;
+}
+
+static void layout_leg(tl_layout *layout, const tl_model *m)
+{
+  layout->position[0] = TL_CHANNEL_KNEE_MOTOR;
+  layout->position[1] = TL_CHANNEL_ANKLE_MOTOR;
+  layout->effort[0] = TL_CHANNEL_KNEE_CURRENT;
+  layout->effort[1] = TL_CHANNEL_ANKLE_CURRENT;
+  layout->effort_scale[0] = m->drive[0].torque_constant_Nm_A;
+  layout->effort_scale[1] = m->drive[1].torque_constant_Nm_A;
+}
+
+/* a recorded torque is nearer to the joint than a current and is preferred */
+static void layout_pendulum(tl_layout *layout, const tl_model *m, uint32_t recorded)
+{
+  double ratio, slope;
+
+  layout->position[0] = if_recorded(recorded, TL_CHANNEL_JOINT);
+  layout->velocity[0] = if_recorded(recorded, TL_CHANNEL_JOINT_VELOCITY);
+  layout->load = if_recorded(recorded, TL_CHANNEL_JOINT_LOAD);
+  layout->effort[0] = TL_CHANNEL_JOINT_TORQUE;
+  if (has(recorded, TL_CHANNEL_JOINT_TORQUE)) return;
+  tl_transmission_ratio(&m->drive[0].transmission, 0.0, &ratio, &slope);
+  layout->effort[0] = TL_CHANNEL_JOINT_CURRENT;
+  layout->effort_scale[0] = ratio * m->drive[0].torque_constant_Nm_A;
+}
+
+tl_status tl_layout_init(tl_layout *layout, const tl_model *m, uint32_t recorded)
+{
+  tl_channel_set set;
+  int j;
+
+  if (!layout || !m || tl_channel_set_of(m->plant, &set) != TL_OK) return TL_ERR_ARGUMENT;
+  if ((recorded & set.required) != set.required) return TL_ERR_UNSUPPORTED;
+  for (j = 0; j < 2; j++)
+    if (set.any_of[j] && !(recorded & set.any_of[j])) return TL_ERR_UNSUPPORTED;
+  for (j = 0; j < TL_MAX_JOINTS; j++) {
+    layout->position[j] = layout->velocity[j] = layout->effort[j] = TL_CHANNEL_COUNT;
+    layout->effort_scale[j] = 1.0;
+  }
+  layout->load = TL_CHANNEL_COUNT;
+  if (m->plant == TL_PLANT_LEG) layout_leg(layout, m);
+  if (m->plant == TL_PLANT_PENDULUM) layout_pendulum(layout, m, recorded);
+  if (m->plant == TL_PLANT_SLIDER) {
+    layout->position[0] = TL_CHANNEL_SLIDER;
+    layout->effort[0] = TL_CHANNEL_SLIDER_FORCE;
+  }
+  return TL_OK;
+}
+
+/* ---- motion -------------------------------------------------------------- */
+
+size_t tl_track_memory(int joints, size_t capacity)
+{
+  return (size_t)joints * 5 * capacity;
+}
+
+void tl_track_init(tl_track *track, int joints, size_t capacity, double *memory, tl_stop *stops)
+{
+  int j;
+
+  memset(track, 0, sizeof *track);
+  track->capacity = capacity;
+  for (j = 0; j < joints; j++) {
+    double *at = memory + (size_t)j * 5 * capacity;
+    track->q[j] = at;
+    track->v[j] = at + capacity;
+    track->a[j] = at + 2 * capacity;
+    track->slip[j] = at + 3 * capacity;
+    track->speed[j] = at + 4 * capacity;
+    track->stop[j] = stops + (size_t)j * capacity;
+  }
+}
+
+/* what one joint's reconstruction needs */
+typedef struct joint_work {
+  const tl_transmission *transmission; /* NULL: the recorded angle is the joint's */
+  const tl_sensing *sensing;
+  const double *t_s, *x;
+  size_t n;
+  double *q, *v, *a, *quick;
+  double *work;
+  size_t work_n;
+} joint_work;
+
+/* the uncut window on rows [begin, end), its order lowered where the piece is short */
+static tl_status reconstruct_piece(const joint_work *w, size_t begin, size_t end)
+{
+  tl_window window = w->sensing->window;
+  int most = (int)(end - begin) - PIECE_ORDER_ROOM;
+
+  if (window.order > most) window.order = most;
+  return tl_reconstruct(&window, w->t_s + begin, w->x + begin, end - begin, w->q + begin, w->v + begin,
+                        w->a + begin, w->work, w->work_n);
+}
+
+/* every piece of motion between stops by its own windows; inside a stop the quick window's
+ * estimate stands (it was written before) */
+static tl_status reconstruct_pieces(const joint_work *w, const tl_stop *stop, size_t stops)
+{
+  size_t begin = 0, k;
+
+  for (k = 0; k <= stops; k++) {
+    size_t end = k == stops ? w->n : stop[k].before == TL_NO_ROW ? begin : stop[k].before + 1;
+
+    if (end > begin) {
+      tl_status status = end - begin > 3 ? reconstruct_piece(w, begin, end) : TL_OK;
+      if (status != TL_OK) return status;
+    }
+    if (k == stops || stop[k].after == TL_NO_ROW) break;
+    begin = stop[k].after;
+  }
+  return TL_OK;
+}
+
+/* from the motor's motion to the joint's, in place */
+static void to_joint(const joint_work *w)
+{
+  size_t i;
+
+  if (!w->transmission) return;
+  for (i = 0; i < w->n; i++) {
+    double motor[3] = {w->q[i], w->v[i], w->a[i]}, joint[3];
+    tl_transmission_joint_motion(w->transmission, motor, joint);
+    w->q[i] = joint[0];
+    w->v[i] = joint[1];
+    w->a[i] = joint[2];
+  }
+}
+
+/* quick velocity of the joint at every row: speed[], and q, v, a to begin with */
+static tl_status quick_motion(const joint_work *w)
+{
+  tl_status status = tl_reconstruct(&w->sensing->quick, w->t_s, w->x, w->n, w->q, w->v, w->a, w->work, w->work_n);
+  size_t i;
+
+  if (status != TL_OK) return status;
+  for (i = 0; i < w->n; i++) {
+    double ratio = 1.0, slope;
+    if (w->transmission)
+      tl_transmission_ratio(w->transmission, tl_transmission_joint_angle(w->transmission, w->q[i]), &ratio, &slope);
+    w->quick[i] = w->v[i] / ratio;
+  }
+  return TL_OK;
+}
+
+/* a joint whose angle was recorded */
+static tl_status position_motion(const joint_work *w, tl_track *track, int j)
+{
+  tl_status status = quick_motion(w);
+
+  if (status != TL_OK) return status;
+  track->stops[j] = tl_find_stops(w->t_s, w->x, w->quick, w->n, w->sensing->standstill, track->stop[j]);
+  status = reconstruct_pieces(w, track->stop[j], track->stops[j]);
+  if (status == TL_OK) to_joint(w);
+  return status;
+}
+
+/* a joint whose velocity alone was recorded: velocity is continuous through a stop, so
+ * nothing is cut, and the angle stays unknown (0) */
+static tl_status velocity_motion(const joint_work *w, tl_track *track, int j)
+{
+  tl_status status = tl_reconstruct(&w->sensing->window, w->t_s, w->x, w->n, w->v, w->a, NULL, w->work, w->work_n);
+
+  if (status != TL_OK) return status;
+  memset(w->q, 0, w->n * sizeof *w->q);
+  memcpy(w->quick, w->v, w->n * sizeof *w->quick);
+  track->stops[j] = tl_find_stops(w->t_s, NULL, w->quick, w->n, w->sensing->standstill, track->stop[j]);
+  return TL_OK;
+}
+
+static const tl_transmission *motor_side(const tl_model *m, int joint)
+{
+  return m->plant == TL_PLANT_LEG ? &m->drive[joint].transmission : NULL;
+}
+
+size_t tl_kinematics_workspace(size_t capacity)
+{
+  return tl_reconstruct_workspace(capacity);
+}
+
+tl_status tl_kinematics(const tl_model *m, const tl_layout *layout, const tl_sensing *sensing,
+                        const tl_block *block, double *work, size_t work_n, tl_track *track)
+{
+  int j;
+  size_t i;
+
+  if (!m || !layout || !sensing || !block || !work || !track) return TL_ERR_ARGUMENT;
+  if (block->n < TL_SEGMENT_MIN_ROWS) return TL_ERR_TOO_SHORT;
+  if (block->n > track->capacity) return TL_ERR_WORKSPACE;
+  for (j = 0; j < tl_joint_count(m); j++) {
+    int angle = layout->position[j] != TL_CHANNEL_COUNT;
+    joint_work w = {motor_side(m, j), &sensing[j], block->t_s, NULL, block->n, track->q[j], track->v[j],
+                    track->a[j], track->speed[j], work, work_n};
+    tl_status status;
+
+    w.x = block->channel[angle ? layout->position[j] : layout->velocity[j]];
+    if (!w.x) return TL_ERR_ARGUMENT;
+    status = angle ? position_motion(&w, track, j) : velocity_motion(&w, track, j);
+    if (status != TL_OK) return status;
+    tl_slip_through_stops(block->t_s, w.quick, block->n, track->stop[j], track->stops[j], track->slip[j]);
+    for (i = 0; i < block->n; i++) track->speed[j][i] = fabs(w.quick[i]);
+  }
+  return TL_OK;
+}

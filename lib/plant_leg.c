@@ -1,0 +1,282 @@
+/* plant_leg.c: dynamics of the leg in joint coordinates, docs/equations.md (12).
+ *
+ * With q = (knee, ankle), theta_s = q0, theta_f = q0 + q1, the sum of rows s and
+ * f is the knee's equation and row f the ankle's:
+ *     knee = M11 q0'' + M12 q1'' - H sin q1 (2 q0' q1' + q1'^2) + g terms + friction
+ *     ankle = M12 q0'' + M22 q1'' + H sin q1 q0'^2 + Ima ka ka' q1'^2 + g term + friction
+ *     M11 = J + F + 2 H cos q1, M12 = F + H cos q1, M22 = F + Ima ka^2
+ *     J = I1 + ms ds^2 + mm dma^2 + mf ls^2, F = If + mf df^2, H = mf ls df.
+ * Everything here is a sum of base parameters times factors that depend on the
+ * motion alone; inverse, forward and regressor share these factors.
+ */
+#include <math.h>
+
+#include "math_inline.h"
+#include "plant_internal.h"
+#include "transmission_internal.h"
+
+/* base parameters of the leg, in the order of tl_base_name */
+enum {
+  SHANK_INERTIA,
+  SHANK_MOMENT,
+  FOOT_MOMENT,
+  FOOT_INERTIA,
+  ROTOR_INERTIA,
+  KNEE_COULOMB,
+  KNEE_VISCOUS,
+  ANKLE_COULOMB,
+  ANKLE_VISCOUS,
+  BASES
+};
+
+/* what depends on the joint angles alone */
+typedef struct leg_pose {
+  double gravity_shank;  /* g sin theta_s */
+  double gravity_foot;   /* g sin theta_f */
+  double ls_cos, ls_sin; /* ls cos q1, ls sin q1 */
+  double ratio[2];
+  double slope; /* dka / dq1 */
+} leg_pose;
+
+/* factors of the base parameters in the joint torques; what the motion itself gives is left there */
+typedef struct leg_factors {
+  double foot_moment_knee, foot_moment_ankle;
+  double foot_acceleration; /* theta_f'' */
+  double rotor;             /* Ima in the ankle's torque */
+  double ankle_speed;       /* that the ankle's friction sees */
+  double ankle_in_knee;     /* how often the knee's row counts its friction: 0, paper 2 */
+} leg_factors;
+
+static inline void ratio_at(const tl_drive *d, double q, double sin_q, double cos_q, double *ratio,
+                            double *slope) {
+  if (d->transmission.kind == TL_TRANSMISSION_FIXED) {
+    *ratio = d->transmission.ratio;
+    *slope = 0.0;
+  } else if (d->transmission.kind == TL_TRANSMISSION_SCREW_LINKAGE) {
+    tl_linkage_ratio(&d->transmission, sin_q, cos_q, ratio, slope);
+  } else {
+    tl_transmission_ratio_sc(&d->transmission, q, sin_q, cos_q, ratio, slope);
+  }
+}
+
+static inline leg_pose pose_at(const tl_model *m, const double q[2]) {
+  double sin_s, cos_s, sin_a, cos_a, knee_slope;
+  leg_pose p;
+
+  tl_sincos_inline(q[0], &sin_s, &cos_s);
+  tl_sincos_inline(q[1], &sin_a, &cos_a);
+  p.gravity_shank = m->gravity_m_s2 * sin_s;
+  p.gravity_foot = m->gravity_m_s2 * (sin_s * cos_a + cos_s * sin_a);
+  p.ls_cos = m->shank_length_m * cos_a;
+  p.ls_sin = m->shank_length_m * sin_a;
+  /* I1 holds the knee's rotor, so the slope of its ratio moves nothing */
+  ratio_at(&m->drive[0], q[0], sin_s, cos_s, &p.ratio[0], &knee_slope);
+  ratio_at(&m->drive[1], q[1], sin_a, cos_a, &p.ratio[1], &p.slope);
+  return p;
+}
+
+static inline leg_factors factors_at(const tl_model *m, const leg_pose *p, const tl_motion *s) {
+  const double *v = s->v, *a = s->a;
+  int paper = m->form == TL_FORM_PAPER;
+  double rotor_speed2 = p->ratio[1] * p->slope * v[1] * v[1];
+  leg_factors f;
+
+  f.foot_acceleration = a[0] + a[1];
+  f.foot_moment_knee =
+      p->ls_cos * (a[0] + f.foot_acceleration) - p->ls_sin * ((v[0] + v[0] + v[1]) * v[1]) + p->gravity_foot;
+  f.foot_moment_ankle = p->ls_cos * a[0] + p->ls_sin * (v[0] * v[0]) + p->gravity_foot;
+  /* the paper's print: -3 for +1; friction on the foot's own speed and, by its sign, twice in the knee's */
+  f.rotor = p->ratio[1] * p->ratio[1] * a[1] + (paper ? -3.0 * rotor_speed2 : rotor_speed2);
+  f.ankle_speed = paper ? v[0] + v[1] : v[1];
+  f.ankle_in_knee = paper ? 2.0 : 0.0;
+  return f;
+}
+
+static inline void base_values(const tl_model *m, double *base) {
+  double shank = m->shank_mass_kg * m->shank_com_m, motor = m->ankle_motor_mass_kg * m->ankle_motor_com_m;
+  double foot = m->foot_mass_kg * m->foot_com_m;
+
+  base[SHANK_INERTIA] = m->shank_inertia_kg_m2 + shank * m->shank_com_m + motor * m->ankle_motor_com_m;
+  base[SHANK_MOMENT] = shank + motor;
+  base[FOOT_MOMENT] = foot;
+  base[FOOT_INERTIA] = m->foot_inertia_kg_m2 + foot * m->foot_com_m;
+  base[ROTOR_INERTIA] = m->drive[1].rotor_inertia_kg_m2;
+  base[KNEE_COULOMB] = m->drive[0].coulomb_Nm;
+  base[KNEE_VISCOUS] = m->drive[0].viscous_Nms_rad;
+  base[ANKLE_COULOMB] = m->drive[1].coulomb_Nm;
+  base[ANKLE_VISCOUS] = m->drive[1].viscous_Nms_rad;
+}
+
+/* the foot's mass at the ankle, which no parameter moves */
+static inline double known_knee_torque(const tl_model *m, const leg_pose *p, double knee_acceleration) {
+  return m->foot_mass_kg * m->shank_length_m * (m->shank_length_m * knee_acceleration + p->gravity_shank);
+}
+
+static inline void joint_torques(const tl_model *m, const leg_pose *p, const tl_motion *s, double torque[2]) {
+  leg_factors f = factors_at(m, p, s);
+  double b[BASES], ankle_friction, foot_turning;
+
+  base_values(m, b);
+  ankle_friction = b[ANKLE_COULOMB] * s->slip[1] + b[ANKLE_VISCOUS] * f.ankle_speed;
+  foot_turning = b[FOOT_INERTIA] * f.foot_acceleration;
+  torque[0] = b[SHANK_INERTIA] * s->a[0] + b[SHANK_MOMENT] * p->gravity_shank +
+              b[FOOT_MOMENT] * f.foot_moment_knee + foot_turning + b[KNEE_COULOMB] * s->slip[0] +
+              b[KNEE_VISCOUS] * s->v[0] + f.ankle_in_knee * ankle_friction + known_knee_torque(m, p, s->a[0]);
+  torque[1] =
+      b[FOOT_MOMENT] * f.foot_moment_ankle + foot_turning + b[ROTOR_INERTIA] * f.rotor + ankle_friction;
+}
+
+void tl_leg_inverse(const tl_model *m, const tl_motion *motion, double torque[TL_MAX_JOINTS]) {
+  leg_pose p = pose_at(m, motion->q);
+  double joint[2];
+
+  joint_torques(m, &p, motion, joint);
+  torque[0] = joint[0] / p.ratio[0];
+  torque[1] = joint[1] / p.ratio[1];
+}
+
+static void matrix_at(const tl_model *m, const leg_pose *p, double matrix[4]) {
+  double b[BASES], foot_coupling;
+
+  base_values(m, b);
+  foot_coupling = b[FOOT_MOMENT] * p->ls_cos;
+  matrix[3] = b[FOOT_INERTIA] + b[ROTOR_INERTIA] * (p->ratio[1] * p->ratio[1]);
+  matrix[1] = matrix[2] = b[FOOT_INERTIA] + foot_coupling;
+  matrix[0] = b[SHANK_INERTIA] + m->foot_mass_kg * (m->shank_length_m * m->shank_length_m) + b[FOOT_INERTIA] +
+              2.0 * foot_coupling;
+}
+
+void tl_leg_inertia_matrix(const tl_model *m, const double q[TL_MAX_JOINTS], double matrix[4]) {
+  leg_pose p = pose_at(m, q);
+
+  matrix_at(m, &p, matrix);
+}
+
+tl_status tl_leg_forward(const tl_model *m, const double torque[TL_MAX_JOINTS], tl_motion *motion) {
+  leg_pose p = pose_at(m, motion->q);
+  tl_motion at_rest = *motion;
+  double matrix[4], bias[2], left[2], lift, pivot;
+
+  /* what is left for acceleration after everything else has had its share */
+  at_rest.a[0] = at_rest.a[1] = 0.0;
+  joint_torques(m, &p, &at_rest, bias);
+  left[0] = torque[0] * p.ratio[0] - bias[0];
+  left[1] = torque[1] * p.ratio[1] - bias[1];
+
+  /* M = L D L': the matrix is positive definite when both pivots are */
+  matrix_at(m, &p, matrix);
+  if (!(matrix[0] > 0.0)) return TL_ERR_SINGULAR;
+  lift = matrix[1] / matrix[0];
+  pivot = matrix[3] - lift * matrix[1];
+  if (!(pivot > 0.0)) return TL_ERR_SINGULAR;
+  motion->a[1] = (left[1] - lift * left[0]) / pivot;
+  motion->a[0] = left[0] / matrix[0] - lift * motion->a[1];
+  return TL_OK;
+}
+
+void tl_leg_ratios(const tl_model *m, const double q[TL_MAX_JOINTS], double ratio[TL_MAX_JOINTS]) {
+  leg_pose p = pose_at(m, q);
+
+  ratio[0] = p.ratio[0];
+  ratio[1] = p.ratio[1];
+}
+
+double tl_leg_potential(const tl_model *m, const double q[TL_MAX_JOINTS]) {
+  double b[BASES], half_s, half_f, c;
+
+  /* 1 - cos x = 2 sin^2(x / 2) keeps its digits near 0 */
+  base_values(m, b);
+  tl_sincos_inline(0.5 * q[0], &half_s, &c);
+  tl_sincos_inline(0.5 * (q[0] + q[1]), &half_f, &c);
+  return 2.0 * m->gravity_m_s2 *
+         ((b[SHANK_MOMENT] + m->foot_mass_kg * m->shank_length_m) * (half_s * half_s) +
+          b[FOOT_MOMENT] * (half_f * half_f));
+}
+
+void tl_leg_regressor(const tl_model *m, const tl_motion *motion, double *row, double known[TL_MAX_JOINTS]) {
+  leg_pose p = pose_at(m, motion->q);
+  leg_factors f = factors_at(m, &p, motion);
+  double per_knee = 1.0 / p.ratio[0], per_ankle = 1.0 / p.ratio[1];
+  double *ankle = row + TL_MAX_ROW;
+
+  row[0] = motion->a[0] * per_knee;
+  row[1] = p.gravity_shank * per_knee;
+  row[2] = f.foot_moment_knee * per_knee;
+  row[3] = f.foot_acceleration * per_knee;
+  row[4] = motion->slip[0] * per_knee;
+  row[5] = motion->v[0] * per_knee;
+  row[6] = f.ankle_in_knee * motion->slip[1] * per_knee;
+  row[7] = f.ankle_in_knee * f.ankle_speed * per_knee;
+  ankle[0] = f.foot_moment_ankle * per_ankle;
+  ankle[1] = f.foot_acceleration * per_ankle;
+  ankle[2] = f.rotor * per_ankle;
+  ankle[3] = motion->slip[1] * per_ankle;
+  ankle[4] = f.ankle_speed * per_ankle;
+  ankle[5] = ankle[6] = ankle[7] = 0.0;
+  known[0] = known_knee_torque(m, &p, motion->a[0]) * per_knee;
+  known[1] = 0.0;
+}
+
+/* ---- what is identified ------------------------------------------------ */
+
+/* the paper's ten, in its order */
+enum {
+  P_MOTOR_COM,
+  P_FOOT_COM,
+  P_SHANK_COM,
+  P_SHANK_INERTIA,
+  P_ROTOR_INERTIA,
+  P_FOOT_INERTIA,
+  P_KNEE_COULOMB,
+  P_KNEE_VISCOUS,
+  P_ANKLE_COULOMB,
+  P_ANKLE_VISCOUS,
+  PARAMETERS
+};
+
+static const tl_parameter leg_parameter[PARAMETERS] = {
+    [P_MOTOR_COM] = {"ankle_motor_com_m", offsetof(tl_model, ankle_motor_com_m), 0.0, 0},
+    [P_FOOT_COM] = {"foot_com_m", offsetof(tl_model, foot_com_m), 0.0, 0},
+    [P_SHANK_COM] = {"shank_com_m", offsetof(tl_model, shank_com_m), 0.0, 0},
+    [P_SHANK_INERTIA] = {"shank_inertia_kg_m2", offsetof(tl_model, shank_inertia_kg_m2), 0.0, 0},
+    [P_ROTOR_INERTIA] = {"ankle_rotor_inertia_kg_m2", TL_DRIVE_OFFSET(1, rotor_inertia_kg_m2), 0.0, 0},
+    [P_FOOT_INERTIA] = {"foot_inertia_kg_m2", offsetof(tl_model, foot_inertia_kg_m2), 0.0, 0},
+    [P_KNEE_COULOMB] = {"knee_coulomb_Nm", TL_DRIVE_OFFSET(0, coulomb_Nm), 0.0, 0},
+    [P_KNEE_VISCOUS] = {"knee_viscous_Nms_rad", TL_DRIVE_OFFSET(0, viscous_Nms_rad), 0.0, 0},
+    [P_ANKLE_COULOMB] = {"ankle_coulomb_Nm", TL_DRIVE_OFFSET(1, coulomb_Nm), 0.0, 0},
+    [P_ANKLE_VISCOUS] = {"ankle_viscous_Nms_rad", TL_DRIVE_OFFSET(1, viscous_Nms_rad), 0.0, 0},
+};
+
+static const char *const leg_base[BASES] = {
+    [SHANK_INERTIA] = "shank_inertia",       [SHANK_MOMENT] = "shank_moment",
+    [FOOT_MOMENT] = "foot_moment",           [FOOT_INERTIA] = "foot_inertia",
+    [ROTOR_INERTIA] = "ankle_rotor_inertia", [KNEE_COULOMB] = "knee_coulomb",
+    [KNEE_VISCOUS] = "knee_viscous",         [ANKLE_COULOMB] = "ankle_coulomb",
+    [ANKLE_VISCOUS] = "ankle_viscous",
+};
+
+static void leg_base_values(const tl_model *m, double *base) {
+  base_values(m, base);
+}
+
+static void leg_base_jacobian(const tl_model *m, double *jacobian) {
+#define J(base, parameter) jacobian[(base) * PARAMETERS + (parameter)]
+  J(SHANK_INERTIA, P_SHANK_INERTIA) = 1.0;
+  J(SHANK_INERTIA, P_SHANK_COM) = 2.0 * m->shank_mass_kg * m->shank_com_m;
+  J(SHANK_INERTIA, P_MOTOR_COM) = 2.0 * m->ankle_motor_mass_kg * m->ankle_motor_com_m;
+  J(SHANK_MOMENT, P_SHANK_COM) = m->shank_mass_kg;
+  J(SHANK_MOMENT, P_MOTOR_COM) = m->ankle_motor_mass_kg;
+  J(FOOT_MOMENT, P_FOOT_COM) = m->foot_mass_kg;
+  J(FOOT_INERTIA, P_FOOT_INERTIA) = 1.0;
+  J(FOOT_INERTIA, P_FOOT_COM) = 2.0 * m->foot_mass_kg * m->foot_com_m;
+  J(ROTOR_INERTIA, P_ROTOR_INERTIA) = 1.0;
+  J(KNEE_COULOMB, P_KNEE_COULOMB) = 1.0;
+  J(KNEE_VISCOUS, P_KNEE_VISCOUS) = 1.0;
+  J(ANKLE_COULOMB, P_ANKLE_COULOMB) = 1.0;
+  J(ANKLE_VISCOUS, P_ANKLE_VISCOUS) = 1.0;
+#undef J
+}
+
+const tl_plant_table tl_leg_table = {
+    {"knee", "ankle"}, 2, leg_parameter, PARAMETERS, leg_base, BASES, leg_base_values, leg_base_jacobian,
+};

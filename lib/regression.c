@@ -1,0 +1,301 @@
+/* regression.c: see talus/regression.h. */
+#include "talus/regression.h"
+
+#include <math.h>
+#include <string.h>
+
+#define KNOWN(columns) (columns)      /* place of the known part in `raw` */
+#define EFFORT(columns) ((columns) + 1) /* and of what was measured */
+#define RAW_COLUMNS (TL_MAX_ROW + 2)
+
+tl_status tl_regression_init(tl_regression *r, const tl_model *m, uint32_t recorded, const tl_score_settings *score,
+                             double step_s)
+{
+  tl_status status;
+
+  if (!r || !m || !score) return TL_ERR_ARGUMENT;
+  memset(r, 0, sizeof *r);
+  r->model = *m;
+  r->score = *score;
+  r->step_s = step_s;
+  status = tl_layout_init(&r->layout, m, recorded);
+  /* gravity needs the angle; where only a velocity was recorded its columns stay empty */
+  if (status == TL_OK && r->layout.position[0] == TL_CHANNEL_COUNT) r->model.gravity_m_s2 = 0.0;
+  return status == TL_OK ? tl_lowpass_init(&r->lowpass, score->order, score->lowpass_hz, step_s) : status;
+}
+
+double tl_regression_margin_s(const tl_regression *r)
+{
+  double filter_s = (double)(r->lowpass.settling + TL_LOWPASS_PAD) * r->step_s, window_s = 0.0;
+  int j;
+
+  for (j = 0; j < tl_joint_count(&r->model); j++)
+    if (r->sensing[j].window.length_s > window_s) window_s = r->sensing[j].window.length_s;
+  return filter_s + r->score.guard_s + 2.0 * window_s + 2.0 * TL_BRIDGE_S + TL_GAP_STEPS * r->step_s;
+}
+
+size_t tl_regression_memory(const tl_regression *r, size_t capacity, size_t grid)
+{
+  size_t joints = (size_t)tl_joint_count(&r->model);
+
+  return tl_track_memory((int)joints, capacity) + joints * RAW_COLUMNS * (capacity + grid) + grid +
+         tl_kinematics_workspace(capacity);
+}
+
+void tl_regression_space_init(tl_regression_space *space, const tl_regression *r, size_t capacity, size_t grid,
+                              double *memory, tl_stop *stops, uint8_t *mask)
+{
+  int joints = tl_joint_count(&r->model), j;
+
+  memset(space, 0, sizeof *space);
+  space->capacity = capacity;
+  space->grid = grid;
+  tl_track_init(&space->track, joints, capacity, memory, stops);
+  memory += tl_track_memory(joints, capacity);
+  for (j = 0; j < joints; j++) {
+    tl_rows *rows = &space->rows[j];
+
+    space->raw[j] = memory;
+    memory += RAW_COLUMNS * capacity;
+    rows->columns = tl_row_index(&r->model, j, rows->index);
+    rows->stride = grid;
+    rows->x = memory;
+    rows->kind = mask + (size_t)j * grid;
+    memory += RAW_COLUMNS * grid;
+  }
+  space->work = memory;
+  space->work_n = grid + tl_kinematics_workspace(capacity);
+}
+
+/* ---- at the recording's rows -------------------------------------------- */
+
+static void motion_at(const tl_track *track, int joints, size_t i, tl_motion *now)
+{
+  int j;
+
+  for (j = 0; j < joints; j++) {
+    now->q[j] = track->q[j][i];
+    now->v[j] = track->v[j][i];
+    now->a[j] = track->a[j][i];
+    now->slip[j] = track->slip[j][i];
+  }
+}
+
+static void regressor_rows(const tl_regression *r, size_t n, tl_regression_space *space)
+{
+  int joints = tl_joint_count(&r->model), j, k;
+  double row[TL_MAX_JOINTS * TL_MAX_ROW], known[TL_MAX_JOINTS];
+  tl_motion now;
+  size_t i;
+
+  memset(&now, 0, sizeof now);
+  for (i = 0; i < n; i++) {
+    motion_at(&space->track, joints, i, &now);
+    tl_regressor(&r->model, &now, row, known);
+    for (j = 0; j < joints; j++) {
+      int columns = space->rows[j].columns;
+      double *raw = space->raw[j];
+      for (k = 0; k < columns; k++) raw[(size_t)k * space->capacity + i] = row[j * TL_MAX_ROW + k];
+      raw[(size_t)KNOWN(columns) * space->capacity + i] = known[j];
+    }
+  }
+}
+
+/* Through a short stop the torque stays continuous while inertia and friction jump against
+ * each other; so the whole row passes from the last moving sample to the next, slowly at first:
+ * coming to rest the torque is flat, leaving rest it is not. */
+static void bridge(const tl_stop *s, const double *t_s, double *column)
+{
+  size_t i;
+
+  for (i = s->before + 1; i < s->after; i++) {
+    double w = (t_s[i] - s->begin_s) / (t_s[s->after] - s->begin_s);
+    w = w > 0.0 ? w * w : 0.0;
+    column[i] = (1.0 - w) * column[s->before] + w * column[s->after];
+  }
+}
+
+static void bridge_stops(const tl_regression_space *space, const double *t_s, int joint)
+{
+  const tl_track *track = &space->track;
+  size_t k;
+  int c;
+
+  for (k = 0; k < track->stops[joint]; k++) {
+    const tl_stop *s = &track->stop[joint][k];
+    if (s->before == TL_NO_ROW || s->after == TL_NO_ROW || t_s[s->after] - t_s[s->before] > TL_BRIDGE_S) continue;
+    for (c = 0; c <= space->rows[joint].columns; c++) bridge(s, t_s, space->raw[joint] + (size_t)c * space->capacity);
+  }
+}
+
+/* What was measured; with a sensor at the output that is the load, and the model's torque
+ * counts against the drive's: load = effort - (row base + known). */
+static void measured_rows(const tl_regression *r, const tl_block *block, int joint, tl_regression_space *space)
+{
+  int columns = space->rows[joint].columns, c;
+  double *raw = space->raw[joint], *known = raw + (size_t)KNOWN(columns) * space->capacity;
+  double *measured = raw + (size_t)EFFORT(columns) * space->capacity;
+  const double *effort = block->channel[r->layout.effort[joint]];
+  const double *load = r->layout.load == TL_CHANNEL_COUNT ? NULL : block->channel[r->layout.load];
+  size_t i;
+
+  for (i = 0; i < block->n; i++) measured[i] = load ? load[i] : r->layout.effort_scale[joint] * effort[i];
+  if (!load) return;
+  for (c = 0; c < columns; c++)
+    for (i = 0; i < block->n; i++) raw[(size_t)c * space->capacity + i] *= -1.0;
+  for (i = 0; i < block->n; i++) known[i] = r->layout.effort_scale[joint] * effort[i] - known[i];
+}
+
+tl_status tl_regression_motion(const tl_regression *r, const tl_block *block, tl_regression_space *space)
+{
+  int j;
+  tl_status status;
+
+  if (!r || !block || !space) return TL_ERR_ARGUMENT;
+  if (block->n > space->capacity) return TL_ERR_WORKSPACE;
+  status = tl_kinematics(&r->model, &r->layout, r->sensing, block, space->work, space->work_n, &space->track);
+  if (status != TL_OK) return status;
+  regressor_rows(r, block->n, space);
+  for (j = 0; j < tl_joint_count(&r->model); j++) {
+    bridge_stops(space, block->t_s, j);
+    measured_rows(r, block, j, space);
+  }
+  return TL_OK;
+}
+
+double tl_regression_predict(const tl_regression_space *space, int joint, const double *base,
+                             size_t i)
+{
+  const tl_rows *rows = &space->rows[joint];
+  const double *raw = space->raw[joint] + i;
+  double sum = raw[(size_t)KNOWN(rows->columns) * space->capacity];
+  int c;
+
+  for (c = 0; c < rows->columns; c++) sum += raw[(size_t)c * space->capacity] * base[rows->index[c]];
+  return sum;
+}
+
+/* ---- on the grid --------------------------------------------------------- */
+
+/* grid instants [first, first + n) that the block covers, and of them the span's own [from, to) */
+typedef struct grid_part {
+  size_t first, n, from, to;
+} grid_part;
+
+/* the first k with begin + k step >= at */
+static size_t grid_index(double begin_s, double step_s, double at)
+{
+  double k = (at - begin_s) / step_s, whole;
+
+  if (!(k > 0.0)) return 0;
+  whole = floor(k);
+  return (size_t)(whole < k ? whole + 1.0 : whole);
+}
+
+static grid_part part_of(const tl_regression *r, const tl_block *block, const tl_span *span)
+{
+  size_t all = tl_grid_count(span->segment_begin_s, span->segment_end_s, r->step_s), last;
+  grid_part g;
+
+  g.first = grid_index(span->segment_begin_s, r->step_s, block->t_s[0]);
+  last = grid_index(span->segment_begin_s, r->step_s, block->t_s[block->n - 1]);
+  last = last < all ? last : all;
+  g.n = last > g.first ? last - g.first : 0;
+  g.from = grid_index(span->segment_begin_s, r->step_s, span->begin_s);
+  g.to = span->end_s < span->segment_end_s ? grid_index(span->segment_begin_s, r->step_s, span->end_s) : all;
+  g.from = g.from < g.first ? g.first : g.from;
+  g.to = g.to < g.first + g.n ? g.to : g.first + g.n;
+  return g;
+}
+
+/* which of the part's own rows count */
+static void mark_rows(const tl_regression *r, const tl_span *span, const tl_block *block, int joint, grid_part g,
+                      tl_regression_space *space)
+{
+  size_t all = tl_grid_count(span->segment_begin_s, span->segment_end_s, r->step_s);
+  size_t trim = (size_t)(r->score.trim_s / r->step_s), k;
+  int too_short = (double)all * r->step_s < 3.0 * r->score.trim_s;
+  tl_rows *rows = &space->rows[joint];
+
+  tl_grid_resample(block->t_s, space->track.speed[joint], block->n,
+                   span->segment_begin_s + (double)g.first * r->step_s, r->step_s, space->work, g.n);
+  tl_score_keep(&r->score, space->work, g.n, r->step_s, rows->kind);
+  for (k = 0; k < g.n; k++) {
+    size_t at = g.first + k;
+    rows->kind[k] = rows->kind[k] ? TL_ROW_SCORED : TL_ROW_STANDSTILL;
+    if (too_short || at < trim || at + trim >= all) rows->kind[k] = TL_ROW_TRIMMED;
+  }
+  memmove(rows->kind, rows->kind + (g.from - g.first), g.to - g.from);
+}
+
+/* the target is measured - known; both through the grid and the filter, then the span's own part */
+static void grid_rows(const tl_regression *r, const tl_span *span, const tl_block *block, int joint, grid_part g,
+                      tl_regression_space *space)
+{
+  tl_rows *rows = &space->rows[joint];
+  int c, all = rows->columns + 2;
+  double *raw = space->raw[joint], *known = raw + (size_t)KNOWN(rows->columns) * space->capacity;
+  double *measured = raw + (size_t)EFFORT(rows->columns) * space->capacity;
+  size_t i;
+
+  for (c = 0; c < all; c++) {
+    double *to = rows->x + (size_t)c * rows->stride;
+    if (c == KNOWN(rows->columns))
+      for (i = 0; i < block->n; i++) known[i] = measured[i] - known[i];
+    tl_grid_resample(block->t_s, raw + (size_t)c * space->capacity, block->n,
+                     span->segment_begin_s + (double)g.first * r->step_s, r->step_s, to, g.n);
+    tl_lowpass_zero_phase(&r->lowpass, to, g.n);
+    memmove(to, to + (g.from - g.first), (g.to - g.from) * sizeof *to);
+    if (c == KNOWN(rows->columns))
+      for (i = 0; i < block->n; i++) known[i] = measured[i] - known[i];
+  }
+  rows->n = g.to - g.from;
+  rows->begin_s = span->segment_begin_s + (double)g.from * r->step_s;
+}
+
+tl_status tl_regression_block(const tl_regression *r, const tl_block *block, const tl_span *span,
+                              tl_regression_space *space)
+{
+  grid_part g;
+  int j;
+  tl_status status;
+
+  if (!span) return TL_ERR_ARGUMENT;
+  status = tl_regression_motion(r, block, space);
+  if (status != TL_OK) return status;
+  g = part_of(r, block, span);
+  if (g.n > space->grid) return TL_ERR_WORKSPACE;
+  for (j = 0; j < tl_joint_count(&r->model); j++) {
+    space->rows[j].n = 0;
+    if (g.from >= g.to) continue;
+    grid_rows(r, span, block, j, g, space);
+    mark_rows(r, span, block, j, g, space);
+  }
+  return TL_OK;
+}
+
+/* ---- what is done with rows ---------------------------------------------- */
+
+void tl_rows_fold(const tl_rows *rows, const double *weight, double *scratch, tl_factor *factor)
+{
+  size_t kept = 0, k;
+  int c;
+
+  for (k = 0; k < rows->n; k++) kept += rows->kind[k] == TL_ROW_SCORED;
+  for (c = 0; c <= rows->columns; c++) {
+    const double *from = rows->x + (size_t)c * rows->stride;
+    double *to = scratch + (size_t)c * kept;
+    for (k = 0; k < rows->n; k++)
+      if (rows->kind[k] == TL_ROW_SCORED) *to++ = weight ? weight[k] * from[k] : from[k];
+  }
+  if (kept) tl_factor_add(factor, scratch, kept, kept);
+}
+
+double tl_rows_residual(const tl_rows *rows, const double *base, size_t k)
+{
+  double sum = rows->x[(size_t)rows->columns * rows->stride + k];
+  int c;
+
+  for (c = 0; c < rows->columns; c++) sum -= rows->x[(size_t)c * rows->stride + k] * base[rows->index[c]];
+  return sum;
+}

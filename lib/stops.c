@@ -1,0 +1,132 @@
+/* stops.c: see lib/stops.h.
+ *
+ * A stop is cut where the velocity changes sign or stays below standstill for some rows.
+ * The rows about it are told apart carefully: the quick velocity at the last moving row
+ * already looks one row ahead, across the stop, so the instant of rest is taken from a
+ * parabola through the three rows before.
+ */
+#include "stops.h"
+
+#include <math.h>
+
+#include "talus/signal.h"
+
+#define QUIET_ROWS 3 /* more rows than this below standstill are a stop even without a change of sign */
+#define PIECE_ROWS 4 /* a piece of motion with fewer rows belongs to the stop around it */
+#define PARABOLA 3   /* rows before the stop that tell when it begins */
+
+static int direction(double velocity, double standstill)
+{
+  if (fabs(velocity) < standstill) return 0;
+  return velocity > 0.0 ? 1 : velocity < 0.0 ? -1 : 0;
+}
+
+/* instant at which the joint comes to rest after its last moving row a: the vertex of the
+ * parabola through the rows before it, or that row's own time when they do not slow down */
+static double rest_time(const double *t_s, const double *angle, size_t n, size_t a)
+{
+  double work[3 * PARABOLA], fit[3], from, to, at;
+
+  if (!angle || a < PARABOLA + 1) return t_s[a];
+  from = t_s[a - 1];
+  to = t_s[a + 1 < n ? a + 1 : a];
+  if (tl_window_fit(t_s + a - PARABOLA, angle + a - PARABOLA, PARABOLA, from, 2, work, fit) != TL_OK) return t_s[a];
+  if (!(fit[1] * fit[2] < 0.0)) return t_s[a];
+  at = from - fit[1] / fit[2];
+  return at > to ? to : at;
+}
+
+/* a stop between the moving rows a and b (TL_NO_ROW: outside the block) */
+static tl_stop make_stop(const double *t_s, const double *angle, size_t n, size_t a, size_t b)
+{
+  tl_stop s = {a, b, t_s[0]};
+
+  if (a == TL_NO_ROW) return s;
+  s.begin_s = rest_time(t_s, angle, n, a);
+  if (s.begin_s < t_s[a]) s.before = a - 1;
+  return s;
+}
+
+/* append a stop, or let the last one grow over a piece too short to be motion */
+static size_t append(tl_stop *stop, size_t stops, tl_stop next)
+{
+  size_t piece_begin = stops ? stop[stops - 1].after : 0;
+  int too_short = next.before == TL_NO_ROW || next.before + 1 < piece_begin + PIECE_ROWS;
+
+  if (stops && too_short)
+    stop[stops - 1].after = next.after;
+  else if (too_short)
+    stop[stops++] = (tl_stop){TL_NO_ROW, next.after, next.begin_s};
+  else
+    stop[stops++] = next;
+  return stops;
+}
+
+size_t tl_find_stops(const double *t_s, const double *angle, const double *velocity, size_t n, double standstill,
+                     tl_stop *stop)
+{
+  size_t last = TL_NO_ROW, i, stops = 0;
+
+  for (i = 0; i < n; i++) {
+    int now = direction(velocity[i], standstill);
+    int cut;
+
+    if (now == 0) continue;
+    cut = last == TL_NO_ROW ? i > QUIET_ROWS : now != direction(velocity[last], standstill) || i - last > QUIET_ROWS;
+    if (cut) stops = append(stop, stops, make_stop(t_s, angle, n, last, i));
+    last = i;
+  }
+  /* at rest to the end of the block, or a last piece too short to be motion */
+  if (last == TL_NO_ROW || n - last > QUIET_ROWS + 1)
+    stops = append(stop, stops, make_stop(t_s, angle, n, last, TL_NO_ROW));
+  else if (stops && stop[stops - 1].after != TL_NO_ROW && n - stop[stops - 1].after < PIECE_ROWS)
+    stop[stops - 1].after = TL_NO_ROW;
+  return stops;
+}
+
+static double sign_of(double x)
+{
+  return x > 0.0 ? 1.0 : x < 0.0 ? -1.0 : 0.0;
+}
+
+/* share of the way from one side of a stop to the other: a short stop passes from sign to
+ * sign in one ramp; in a hold each side's friction fades within half the bridge's time */
+static double stop_slip(const tl_stop *s, const double *t_s, double before, double after, double at)
+{
+  double end_s = s->after == TL_NO_ROW ? 0.0 : t_s[s->after], fade = 0.5 * TL_BRIDGE_S, left, right;
+
+  if (s->before != TL_NO_ROW && s->after != TL_NO_ROW && end_s - s->begin_s < TL_BRIDGE_S) {
+    double w = end_s > s->begin_s ? (at - s->begin_s) / (end_s - s->begin_s) : 1.0;
+    return before + (after - before) * (w < 0.0 ? 0.0 : w > 1.0 ? 1.0 : w);
+  }
+  left = s->before == TL_NO_ROW ? 0.0 : 1.0 - (at - s->begin_s) / fade;
+  right = s->after == TL_NO_ROW ? 0.0 : 1.0 - (end_s - at) / fade;
+  return before * (left < 0.0 ? 0.0 : left > 1.0 ? 1.0 : left) + after * (right < 0.0 ? 0.0 : right);
+}
+
+/* sign of the motion on rows [begin, end): that of its middle, never of an extrapolated edge */
+static double piece_sign(const double *velocity, size_t begin, size_t end)
+{
+  return begin < end ? sign_of(velocity[begin + (end - begin) / 2]) : 0.0;
+}
+
+void tl_slip_through_stops(const double *t_s, const double *velocity, size_t n, const tl_stop *stop, size_t stops,
+                           double *slip)
+{
+  size_t k, i = 0;
+
+  for (k = 0; k <= stops; k++) {
+    size_t end = k == stops ? n : stop[k].before == TL_NO_ROW ? 0 : stop[k].before + 1;
+    double before = piece_sign(velocity, i, end), after;
+    size_t next;
+
+    for (; i < end; i++) slip[i] = before;
+    if (k == stops || stop[k].after == TL_NO_ROW) {
+      for (; k < stops && i < n; i++) slip[i] = stop_slip(&stop[k], t_s, before, 0.0, t_s[i]);
+      break;
+    }
+    next = k + 1 == stops ? n : stop[k + 1].before + 1;
+    after = piece_sign(velocity, stop[k].after, next);
+    for (; i < stop[k].after; i++) slip[i] = stop_slip(&stop[k], t_s, before, after, t_s[i]);
+  }
+}

@@ -1,0 +1,76 @@
+"""`make install`: a stranger's program builds against it, by pkg-config, both ways."""
+
+import os
+import subprocess
+
+import pytest
+from support import REPOSITORY, make_variable
+
+pytestmark = pytest.mark.release
+
+PROGRAM = """
+#include <stdio.h>
+#include <talus/talus.h>
+
+int main(void) {
+  printf("%s %s %s\\n", tl_version(), TL_VERSION, tl_status_text(TL_ERR_RANGE));
+  return 0;
+}
+"""
+
+
+def make(*arguments):
+    # variables given to the make that runs the tests (CC, CFLAGS) reach this one through MAKEFLAGS
+    subprocess.run(["make", "-C", str(REPOSITORY), *arguments], check=True, capture_output=True)
+
+
+def files(folder):
+    return sorted(str(p.relative_to(folder)) for p in folder.rglob("*") if not p.is_dir())
+
+
+@pytest.fixture(scope="module")
+def installed(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("root")
+    make("install", f"DESTDIR={folder}", "PREFIX=/opt/talus")
+    return folder
+
+
+def build_and_run(folder, tmp_path, *extra):
+    source = tmp_path / "stranger.c"
+    source.write_text(PROGRAM)
+    library = folder / "opt/talus/lib"
+    environment = {
+        **os.environ,
+        "PKG_CONFIG_PATH": str(library / "pkgconfig"),
+        "PKG_CONFIG_SYSROOT_DIR": str(folder),
+        "LD_LIBRARY_PATH": str(library),
+    }
+    query = ["pkg-config", "--cflags", "--libs", *extra, "talus"]
+    flags = subprocess.run(query, check=True, capture_output=True, text=True, env=environment).stdout.split()
+    binary = str(tmp_path / "stranger")
+    warnings = ["-std=c99", "-pedantic", "-Wall", "-Wextra", "-Werror"]
+    subprocess.run(["cc", *warnings, "-o", binary, str(source), *flags], check=True)
+    return subprocess.run([binary], check=True, capture_output=True, text=True, env=environment).stdout
+
+
+def test_program_against_the_shared_library(installed, tmp_path):
+    version = make_variable("VERSION")[0]
+    assert build_and_run(installed, tmp_path) == f"{version} {version} value out of range\n"
+    needed = subprocess.run(["objdump", "-p", tmp_path / "stranger"], check=True, capture_output=True, text=True)
+    assert f"NEEDED               libtalus.so.{version.split('.')[0]}\n" in needed.stdout
+
+
+def test_program_against_the_archive(installed, tmp_path):
+    (installed / "opt/talus/lib/libtalus.so").rename(installed / "opt/talus/lib/hidden")
+    try:
+        version = make_variable("VERSION")[0]
+        assert build_and_run(installed, tmp_path, "--static") == f"{version} {version} value out of range\n"
+    finally:
+        (installed / "opt/talus/lib/hidden").rename(installed / "opt/talus/lib/libtalus.so")
+
+
+def test_uninstall_leaves_nothing(tmp_path):
+    make("install", f"DESTDIR={tmp_path}", "PREFIX=/usr")
+    assert "usr/include/talus/talus.h" in files(tmp_path)
+    make("uninstall", f"DESTDIR={tmp_path}", "PREFIX=/usr")
+    assert files(tmp_path) == []

@@ -1,0 +1,66 @@
+"""House rules that a tool can check: short functions, whole headers, no warnings."""
+
+import subprocess
+
+import lizard
+import pytest
+from support import REPOSITORY, make_variable
+
+pytestmark = pytest.mark.release
+
+LONGEST_FUNCTION = 60
+
+# The promise of the project, written out: the Makefile must not be able to soften it.
+WARNINGS = (
+    "-std=c99 -pedantic -Wall -Wextra -Wshadow -Wconversion -Wdouble-promotion -Wstrict-prototypes "
+    "-Wmissing-prototypes -Wvla -Wundef -Werror"
+).split()
+
+
+def sources(*patterns):
+    return sorted(str(p.relative_to(REPOSITORY)) for pattern in patterns for p in REPOSITORY.glob(pattern))
+
+
+HEADERS = sources("include/talus/*.h")
+LIBRARY = sources("lib/*.c", "lib/*/*.c")
+PROGRAMS = sources("apps/*/*.c")
+
+
+@pytest.fixture(scope="session")
+def application_flags():
+    return [flag for flag in make_variable("APP_FLAGS") if not flag.startswith("-W")]
+
+
+def compile_quietly(*command):
+    done = subprocess.run(command, cwd=REPOSITORY, check=False, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+
+
+@pytest.mark.parametrize("source", LIBRARY + PROGRAMS + sources("lib/*.h", "lib/*/*.h", "apps/*/*.h"))
+def test_functions_are_short(source):
+    functions = lizard.analyze_file(str(REPOSITORY / source)).function_list
+    lengths = {f.name: f.end_line - f.start_line + 1 for f in functions}
+    assert {name: length for name, length in lengths.items() if length > LONGEST_FUNCTION} == {}
+
+
+@pytest.mark.parametrize("header", HEADERS)
+def test_header_stands_alone(header):
+    compile_quietly("gcc", *WARNINGS, "-Iinclude", "-fsyntax-only", "-x", "c", header)
+    flags = ["-std=c++11", "-pedantic", "-Wall", "-Wextra", "-Werror"]
+    compile_quietly("g++", *flags, "-Iinclude", "-fsyntax-only", "-x", "c++", header)
+
+
+@pytest.mark.parametrize("source", LIBRARY)
+def test_library_compiles_without_warnings(source):
+    compile_quietly("gcc", *WARNINGS, "-O2", "-ffp-contract=off", "-Iinclude", "-c", "-o", "/dev/null", source)
+
+
+@pytest.mark.parametrize("source", PROGRAMS)
+def test_program_compiles_without_warnings(source, application_flags):
+    compile_quietly("gcc", *WARNINGS, "-O2", *application_flags, "-c", "-o", "/dev/null", source)
+
+
+def test_umbrella_includes_every_header():
+    text = (REPOSITORY / "include/talus/talus.h").read_text()
+    missing = [h for h in HEADERS if f'#include "{h.removeprefix("include/")}"' not in text]
+    assert missing == ["include/talus/talus.h"]

@@ -1,0 +1,38 @@
+"""talus from Python: the C library as it is, with NumPy arrays.
+
+    from talus import ffi, lib, check, pointer
+
+    model = ffi.new("tl_model *")
+    check(lib.tl_model_init(model, lib.TL_PLANT_LEG))
+    torque = numpy.empty((2, n))
+    lib.tl_inverse_batch(model, n, pointer(q), pointer(v), pointer(a), ffi.NULL, pointer(torque))
+
+`lib` holds every function and enumerator of the public headers under its C name,
+`ffi` makes and reads structs, `constants` the integer, real and text macros
+(constants.TL_MAX_JOINTS). The declarations are the headers themselves, passed
+through the C preprocessor by `make`: nothing is written twice.
+
+Environment: TALUS_BUILD (build folder, default <repository>/build) and
+TALUS_LIBRARY (the shared library, default <TALUS_BUILD>/lib/libtalus.so).
+"""
+
+from ._arrays import pointer
+from ._library import TalusError, check, constants, ffi, lib
+from .identification import Fit, Recording, Regression, identify, predict
+from .model import Model, score_settings
+
+__all__ = [
+    "Fit",
+    "Model",
+    "Recording",
+    "Regression",
+    "TalusError",
+    "check",
+    "constants",
+    "ffi",
+    "identify",
+    "lib",
+    "pointer",
+    "predict",
+    "score_settings",
+]

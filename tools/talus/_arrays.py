@@ -1,0 +1,36 @@
+"""NumPy arrays as arguments of C functions."""
+
+import numpy
+
+from ._library import ffi
+
+_C_TYPES = {
+    "float64": "double[]",
+    "float32": "float[]",
+    "int8": "int8_t[]",
+    "uint8": "uint8_t[]",
+    "bool": "uint8_t[]",
+    "int16": "int16_t[]",
+    "uint16": "uint16_t[]",
+    "int32": "int32_t[]",
+    "uint32": "uint32_t[]",
+    "int64": "int64_t[]",
+    "uint64": "uint64_t[]",
+}
+
+
+def pointer(array):
+    """The memory of `array` as a C pointer of its element type; None gives NULL.
+
+    Nothing is copied: what the library writes stands in the array. The array must
+    be C-contiguous and of a type that C knows, or TypeError is raised; use
+    numpy.ascontiguousarray(x, dtype=float) for what comes from elsewhere.
+    """
+    if array is None:
+        return ffi.NULL
+    if not isinstance(array, numpy.ndarray) or not array.flags.c_contiguous:
+        raise TypeError("a C-contiguous numpy array is wanted")
+    c_type = _C_TYPES.get(array.dtype.name)
+    if c_type is None or not array.dtype.isnative:
+        raise TypeError(f"no C type for elements of {array.dtype}")
+    return ffi.from_buffer(c_type, array)

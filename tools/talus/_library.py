@@ -1,0 +1,59 @@
+"""Loads libtalus.so and declares what the public headers declare."""
+
+import os
+import re
+from pathlib import Path
+from types import SimpleNamespace
+
+import cffi
+
+_REPOSITORY = Path(__file__).resolve().parents[2]
+_BUILD = Path(os.environ.get("TALUS_BUILD") or _REPOSITORY / "build")
+_LIBRARY = Path(os.environ.get("TALUS_LIBRARY") or _BUILD / "lib" / "libtalus.so")
+
+
+def _load():
+    header = _BUILD / "python" / "talus_cdef.h"
+    for path in (header, _LIBRARY):
+        if not path.exists():
+            raise ImportError(f"{path} is not there; run `make` in {_REPOSITORY}")
+    ffi = cffi.FFI()
+    ffi.cdef(header.read_text())
+    # an absolute path: a name without a slash would be looked for among the system's libraries
+    return ffi, ffi.dlopen(str(_LIBRARY.resolve()), ffi.RTLD_LAZY)
+
+
+def _read_constants(text):
+    """Values of the object-like macros: integers, reals, and what follows from them by + - * ( )."""
+    macros = dict(re.findall(r"^#define (TL_\w+) (\S.*)$", text, re.MULTILINE))
+    number = r"(0[xX][0-9a-fA-F]+|(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)[uUlLfF]*"
+    values = {}
+    for name in macros:
+        expression = macros[name]
+        for _ in macros:  # as deep as definitions can nest
+            expression = re.sub(r"TL_\w+", lambda m: "(" + macros.get(m[0], "?") + ")", expression)
+        if re.fullmatch(rf"(?:{number}|[-+*() ])+", expression):
+            # only digits and operators are left, so this evaluates arithmetic and nothing else
+            values[name] = eval(re.sub(number, r"\1", expression))  # noqa: S307
+    return SimpleNamespace(**values)
+
+
+ffi, lib = _load()
+constants = _read_constants((_BUILD / "python" / "talus_macros.h").read_text())
+constants.TL_VERSION = ".".join(
+    str(getattr(constants, f"TL_VERSION_{part}")) for part in ("MAJOR", "MINOR", "PATCH")
+)
+
+
+class TalusError(Exception):
+    """A call answered a failure; `status` is its tl_status, e.g. lib.TL_ERR_RANGE."""
+
+    def __init__(self, status):
+        super().__init__(ffi.string(lib.tl_status_text(status)).decode())
+        self.status = status
+
+
+def check(status):
+    """Raises TalusError unless `status` is TL_OK."""
+    if status != lib.TL_OK:
+        raise TalusError(status)

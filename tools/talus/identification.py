@@ -1,0 +1,271 @@
+"""Identification from Python: recordings as arrays in, parameters out, by the library's own code.
+
+    recording = talus.Recording.read("train.csv.gz", model)
+    fit = talus.identify(model, [recording], seed=1)
+    fit.parameters["foot_com_m"], fit.sigma["foot_com_m"]
+    torque = talus.predict(fit.model, recording)         # (joints, n)
+"""
+
+from dataclasses import dataclass, field
+
+import numpy
+
+from ._arrays import pointer
+from ._library import TalusError, check, constants, ffi, lib
+from .model import score_settings
+
+SAMPLE_ROWS = 8192  # rows of a recording that its sensing is measured on
+
+
+def channels():
+    """Column name -> channel number."""
+    return {ffi.string(lib.tl_channel_name(c)).decode(): c for c in range(lib.TL_CHANNEL_COUNT)}
+
+
+class Recording:
+    """Columns of one recording, by the contract's names, as float arrays of one length."""
+
+    def __init__(self, columns, score=None):
+        known = channels()
+        self.columns = {n: numpy.ascontiguousarray(x, dtype=float) for n, x in columns.items() if n in known}
+        self.t = self.columns["time_s"]
+        self.valid = self.columns.get("valid")
+        self.score = score_settings(score)
+        self.recorded = sum(1 << known[name] for name in self.columns)
+        self.step_s = lib.tl_median_step(pointer(self.t), len(self.t), pointer(numpy.empty(len(self.t) - 1)))
+
+    @classmethod
+    def read(cls, path, score=None):
+        """From a CSV file (also .gz), by NumPy; the commands read the same format strictly."""
+        table = numpy.genfromtxt(path, delimiter=",", names=True, comments="#", encoding="utf-8")
+        return cls({name: table[name] for name in table.dtype.names}, score)
+
+    def segments(self):
+        """Row ranges [begin, end) without gap or change of `valid`."""
+        mask = ffi.NULL if self.valid is None else pointer((self.valid != 0).astype(numpy.uint8))
+        cursor, part = ffi.new("size_t *"), ffi.new("tl_segment *")
+        while lib.tl_segment_next(pointer(self.t), mask, len(self.t), self.step_s, cursor, part):
+            yield part.begin, part.end
+
+    def block(self, begin, end):
+        """A `tl_block` of rows [begin, end); keep the recording alive while it is used."""
+        block = ffi.new("tl_block *")
+        block.n, block.t_s = end - begin, pointer(self.t) + begin
+        for name, number in channels().items():
+            if name in self.columns:
+                block.channel[number] = pointer(self.columns[name]) + begin
+        return block
+
+
+@dataclass
+class Rows:
+    """Scored rows of one joint: time, regressor (n, columns), target, measured, kind, base indices."""
+
+    t: numpy.ndarray
+    x: numpy.ndarray
+    target: numpy.ndarray
+    measured: numpy.ndarray
+    kind: numpy.ndarray
+    index: list
+
+
+class Regression:
+    """The rows of one recording under one model."""
+
+    def __init__(self, model, recording, window=None):
+        self.model, self.recording = model, recording
+        self.struct = ffi.new("tl_regression *")
+        check(lib.tl_regression_init(self.struct, model.struct, recording.recorded, recording.score, recording.step_s))
+        for joint in range(len(model.joints)):
+            self._sense(joint, window)
+
+    def _sense(self, joint, window):
+        begin, end = next(iter(self.recording.segments()))
+        end = min(end, begin + SAMPLE_ROWS)
+        work = numpy.empty(lib.tl_sense_workspace(end - begin))
+        sensing = self.struct.sensing + joint
+        check(lib.tl_sense(self.model.struct, ffi.addressof(self.struct, "layout"), joint, self.recording.score,
+                           self.recording.step_s, self.recording.block(begin, end), pointer(work), len(work), sensing))
+        if window:
+            sensing.window.order, sensing.window.length_s = window
+
+    def sensing(self, joint=0):
+        """How the joint's angle is read: dict of order, window_s, quick_s, noise, step, standstill."""
+        s = self.struct.sensing[joint]
+        return {"order": s.window.order, "window_s": s.window.length_s, "quick_s": s.quick.length_s,
+                "noise": s.noise, "step": s.step, "standstill": s.standstill}
+
+    def _space(self, rows, span_s):
+        joints, grid = len(self.model.joints), int(span_s / self.recording.step_s) + 3
+        memory = numpy.empty(lib.tl_regression_memory(self.struct, rows, grid))
+        mask = numpy.empty(joints * grid, dtype=numpy.uint8)
+        stops = ffi.new("tl_stop[]", joints * rows)
+        space = ffi.new("tl_regression_space *")
+        lib.tl_regression_space_init(space, self.struct, rows, grid, pointer(memory), stops, pointer(mask))
+        return space, (memory, mask, stops)
+
+    def _segment(self, begin, end, with_rows=True):
+        t = self.recording.t
+        space, alive = self._space(end - begin, t[end - 1] - t[begin])
+        block = self.recording.block(begin, end)
+        if with_rows:
+            span = ffi.new("tl_span *", [t[begin], t[end - 1], t[begin], float("inf")])
+            check(lib.tl_regression_block(self.struct, block, span, space))
+        else:
+            check(lib.tl_regression_motion(self.struct, block, space))
+        return space, (alive, block)
+
+    def rows(self):
+        """For each joint, for each segment: Rows."""
+        out = [[] for _ in self.model.joints]
+        for begin, end in self.recording.segments():
+            space, _alive = self._segment(begin, end)
+            for joint, parts in enumerate(out):
+                parts.append(self._copy_rows(space.rows[joint]))
+        return out
+
+    def _copy_rows(self, rows):
+        columns, n = rows.columns, rows.n
+        x = numpy.array([numpy.frombuffer(ffi.buffer(rows.x + c * rows.stride, 8 * n)) for c in range(columns + 2)])
+        kind = numpy.frombuffer(ffi.buffer(rows.kind, n), dtype=numpy.uint8).copy()
+        t = rows.begin_s + numpy.arange(n) * self.recording.step_s
+        return Rows(t, x[:columns].T, x[columns], x[columns + 1], kind, [rows.index[c] for c in range(columns)])
+
+    def motion(self):
+        """Joint motion at the recording's rows: dict of (joints, n) arrays q, v, a, slip, speed (NaN outside
+        segments)."""
+        names, joints, n = ("q", "v", "a", "slip", "speed"), len(self.model.joints), len(self.recording.t)
+        out = {name: numpy.full((joints, n), numpy.nan) for name in names}
+        for begin, end in self.recording.segments():
+            space, _alive = self._segment(begin, end, with_rows=False)
+            for name in names:
+                for joint in range(joints):
+                    values = ffi.buffer(getattr(space.track, name)[joint], 8 * (end - begin))
+                    out[name][joint, begin:end] = numpy.frombuffer(values)
+        return out
+
+    def predict(self, base):
+        """What the base parameters predict at the recording's rows, (joints, n); the nearest estimate is
+        held where there is none."""
+        n, joints = len(self.recording.t), len(self.model.joints)
+        base = numpy.ascontiguousarray(list(base.values()) if isinstance(base, dict) else base, dtype=float)
+        out = numpy.full((joints, n), numpy.nan)
+        for begin, end in self.recording.segments():
+            space, _alive = self._segment(begin, end, with_rows=False)
+            for joint in range(joints):
+                out[joint, begin:end] = [
+                    lib.tl_regression_predict(space, joint, pointer(base), i) for i in range(end - begin)
+                ]
+        known = numpy.flatnonzero(numpy.isfinite(out[0]))
+        nearest = known[numpy.argmin(numpy.abs(known[:, None] - numpy.arange(n)[None, :]), axis=0)] if (
+            len(known) < n) else numpy.arange(n)
+        return out[:, nearest]
+
+
+def predict(model, recording, window=None):
+    """What `model` predicts for a recording's rows, (joints, n)."""
+    return Regression(model, recording, window).predict(model.base)
+
+
+@dataclass
+class Fit:
+    """What `identify` answers; see tl_identify_result for the meaning of each figure."""
+
+    model: object
+    parameters: dict
+    sigma: dict
+    identifiable: dict
+    base: dict
+    base_sigma: dict
+    null_space: list
+    cost: float
+    least_squares_cost: float
+    condition_number: float
+    evaluations: int
+    noise: list = field(default_factory=list)
+
+
+def factors(model, recordings, window=None):
+    """One `tl_factor` a joint over all recordings, and the rows themselves."""
+    out, every = ffi.new("tl_factor[]", len(model.joints)), []
+    for joint in range(len(model.joints)):
+        index = ffi.new("int[]", constants.TL_MAX_ROW)
+        check(lib.tl_factor_init(out + joint, lib.tl_row_index(model.struct, joint, index)))
+    for recording in recordings:
+        rows = Regression(model, recording, window).rows()
+        every.append(rows)
+        for joint, parts in enumerate(rows):
+            for part in parts:
+                keep = part.kind == lib.TL_ROW_SCORED
+                block = numpy.ascontiguousarray(numpy.column_stack([part.x, part.target])[keep].T)
+                if keep.any():
+                    lib.tl_factor_add(out + joint, pointer(block), block.shape[1], block.shape[1])
+    return out, every
+
+
+def identify(model, recordings, seed=1, equal_weights=False, window=None, **swarm):
+    """Fit the model's parameters to recordings; `swarm` sets fields of tl_pso_settings."""
+    factor, every = factors(model, recordings, window)
+    settings = ffi.new("tl_identify_settings *", lib.tl_identify_defaults())
+    settings.swarm.seed = seed
+    settings.weighting = lib.TL_WEIGHT_EQUAL if equal_weights else lib.TL_WEIGHT_NOISE
+    for name, value in swarm.items():
+        setattr(settings.swarm, name, value)
+    problem, result = ffi.new("tl_problem *"), ffi.new("tl_identify_result *")
+    check(lib.tl_problem_init(problem, model.struct, settings, factor))
+    best, evaluations, spent = numpy.empty(problem.parameters), 0, ffi.new("uint64_t *")
+    for _ in range(4):
+        memory = numpy.empty(lib.tl_identify_memory(problem))
+        check(lib.tl_identify_swarm(problem, pointer(memory), len(memory), pointer(best), spent))
+        evaluations += spent[0]
+        if not lib.tl_problem_widen(problem, pointer(best)):
+            break
+    check(lib.tl_identify_conclude(problem, pointer(best), result))
+    _sigmas(problem, result, every)
+    return _fit(model, problem, result, evaluations)
+
+
+def _sigmas(problem, result, every, block_s=0.5):
+    sandwich = ffi.new("tl_sandwich *")
+    check(lib.tl_sandwich_init(sandwich, problem.bases, block_s))
+    base = numpy.array([result.base[i] for i in range(problem.bases)])
+    for rows in every:
+        for parts in zip(*rows):
+            for k in range(len(parts[0].t)):
+                for joint, part in enumerate(parts):
+                    if part.kind[k] != lib.TL_ROW_SCORED:
+                        continue
+                    x = numpy.ascontiguousarray(part.x[k])
+                    residual = part.target[k] - x @ base[part.index]
+                    lib.tl_sandwich_add(sandwich, part.t[k], pointer(x), 1, part.index, len(part.index),
+                                        problem.weight[joint], residual)
+            lib.tl_sandwich_close(sandwich)
+    try:
+        check(lib.tl_identify_sigma(problem, sandwich, result))
+    except TalusError as error:
+        if error.status != lib.TL_ERR_TOO_SHORT:
+            raise
+
+
+def _fit(model, problem, result, evaluations):
+    names, bases = list(model.parameters), list(model.base)
+    fitted = model.copy()
+    fitted.set_parameters(**{name: result.value[i] for i, name in enumerate(names)})
+    null_space = [
+        {name: result.null_direction[k][i] for i, name in enumerate(names) if abs(result.null_direction[k][i]) > 1e-9}
+        for k in range(result.null_count)
+    ]
+    return Fit(
+        fitted,
+        fitted.parameters,
+        {name: result.sigma[i] for i, name in enumerate(names)},
+        {name: bool(result.identifiable[i]) for i, name in enumerate(names)},
+        {name: result.base[i] for i, name in enumerate(bases)},
+        {name: result.base_sigma[i] for i, name in enumerate(bases)},
+        null_space,
+        result.cost,
+        result.least_squares_cost,
+        result.condition_number,
+        evaluations,
+        [problem.noise[j] for j in range(problem.joints)],
+    )

@@ -1,0 +1,1 @@
+/* stddef.h for the Python side: cffi knows these types by itself. */

@@ -1,0 +1,1 @@
+/* stdint.h for the Python side: cffi knows these types by itself. */
