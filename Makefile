@@ -31,6 +31,7 @@ endif
 .DEFAULT_GOAL := all
 .DELETE_ON_ERROR:
 .SUFFIXES:
+.SECONDARY:
 
 # The one place that holds the version is include/talus/version.h.
 version_part = $(shell sed -n 's/^.define TL_VERSION_$(1) *\([0-9]*\).*/\1/p' include/talus/version.h)
@@ -96,7 +97,7 @@ PYTHON_SIDE := $(BUILD)/python/talus_cdef.h $(BUILD)/python/talus_macros.h
 
 # ---- build ------------------------------------------------------------------
 
-.PHONY: all library programs python-side FORCE
+.PHONY: all library programs python-side test-programs FORCE
 library: $(LIBRARIES)
 python-side: $(PYTHON_SIDE)
 ifeq ($(APP_MISSING),)
@@ -193,6 +194,24 @@ $$(BUILD)/bin/$(call app_name,$(1)): $$(call objects,$$(sort $$(wildcard $(1)/*.
 endef
 $(foreach d,$(APP_DIRS),$(eval $(call program_rule,$(d))))
 
+# Each tests/programs/NAME.c is a small program that shows a part of apps/common/ to
+# the tests; NAME goes to build/tests/. Whatever runs tests builds them.
+TEST_SOURCES := $(sort $(wildcard tests/programs/*.c))
+TEST_PROGRAMS := $(if $(APP_MISSING),,$(TEST_SOURCES:tests/programs/%.c=$(BUILD)/tests/%))
+test-programs: $(TEST_PROGRAMS)
+
+$(OBJ)/tests/%.o: tests/%.c | $(BUILD)/assets/assets.h
+	$(say) CC $<
+	@mkdir -p $(@D)
+	$(Q)$(CC) $(CPPFLAGS) $(APP_FLAGS) $(CFLAGS) -MMD -MP -c -o $@ $<
+
+$(BUILD)/tests/%: $(OBJ)/tests/programs/%.o $(COMMON_ARCHIVE) $(SANITIZER_OPTIONS) $(BUILD)/lib/libtalus.a \
+    $(BUILD)/flags
+	$(say) LINK $@
+	@mkdir -p $(@D)
+	$(Q)$(CC) $(CFLAGS) $(SANITIZERS) $(LDFLAGS) -o $@ $(filter %.o,$^) $(COMMON_ARCHIVE) \
+	  $(BUILD)/lib/libtalus.a $(APP_LIBS)
+
 # The Python side is made from the public headers themselves: declarations as the
 # preprocessor leaves them, and the macros beside them.
 CDEF_CPP = $(CC) -std=c99 -E -P -nostdinc -DTL_NO_ATTRIBUTES -Itools/talus/stubs -Iinclude \
@@ -213,7 +232,7 @@ $(BUILD)/python/talus_macros.h: $(BUILD)/python/talus_cdef.h
 
 # ---- check, show, measure ---------------------------------------------------
 
-.PHONY: deps check check-san check-long test test-san lint demo paper bench
+.PHONY: deps check check-san check-long test test-san test-long lint demo paper bench
 # What a goal needs is installed first; then make starts anew, because what this
 # run found out about compilers and packages may no longer be true.
 again = +$(Q)$(MAKE) --no-print-directory $(if $(findstring jobserver,$(MAKEFLAGS)),,-j$(JOBS))
@@ -227,15 +246,17 @@ deps:
 
 check:
 	@tools/setup check
-	$(again) all lint
+	$(again) all test-programs lint
 	$(again) test
 
-test:
+test: all test-programs
 	$(Q)$(run_env) $(PYTHON) -m pytest -m 'not long' $(PYTEST_FLAGS) $(TESTS)
 
 check-long:
 	@tools/setup check
-	$(again) all
+	$(again) test-long
+
+test-long: all test-programs
 	$(Q)$(run_env) $(PYTHON) -m pytest -m long $(PYTEST_FLAGS) $(TESTS)
 
 # Everything again under the address and undefined-behaviour sanitizers, in a
@@ -246,7 +267,7 @@ check-san:
 	$(again) BUILD=$(BUILD)/san SANITIZE=1 CFLAGS='-O1 -g' test-san
 
 san_library = $(shell $(CC) -print-file-name=$(1))
-test-san: all $(BUILD)/lib/libsanitizer_options.so
+test-san: all test-programs $(BUILD)/lib/libsanitizer_options.so
 	$(Q)$(run_env) PYTHONMALLOC=malloc \
 	  LD_PRELOAD='$(abspath $(BUILD)/lib/libsanitizer_options.so) $(call san_library,libasan.so) $(call san_library,libubsan.so) $(call san_library,libstdc++.so.6)' \
 	  $(PYTHON) -m pytest -m 'not long and not release' $(PYTEST_FLAGS) $(TESTS)
@@ -258,7 +279,8 @@ $(BUILD)/lib/libsanitizer_options.so: tests/sanitizer_options.c
 # The one static analyser that gates: zero findings. A stamp for each source, so
 # that only what changed is read again.
 CLANG_TIDY ?= clang-tidy
-LINT_SOURCES := $(LIB_SOURCES) $(if $(APP_MISSING),,$(COMMON_SOURCES) $(foreach d,$(APP_DIRS),$(wildcard $(d)/*.c)))
+LINT_SOURCES := $(LIB_SOURCES) $(if $(APP_MISSING),,$(COMMON_SOURCES) $(TEST_SOURCES) \
+  $(foreach d,$(APP_DIRS),$(wildcard $(d)/*.c)))
 LINT_HEADERS := $(HEADERS) $(wildcard lib/*.h lib/*/*.h apps/*/*.h)
 lint_flags = $(if $(filter lib/%,$(1)),$(LIB_FLAGS),$(APP_FLAGS))
 
@@ -323,7 +345,7 @@ clean:
 	rm -rf $(BUILD) compile_commands.json
 
 format:
-	$(Q)$(CLANG_FORMAT) -i $(HEADERS) $(LIB_SOURCES) $(wildcard lib/*.h lib/*/*.h apps/*/*.[ch] tests/*.[ch])
+	$(Q)$(CLANG_FORMAT) -i $(HEADERS) $(LIB_SOURCES) $(wildcard lib/*.h lib/*/*.h apps/*/*.[ch] tests/*.[ch] tests/*/*.[ch])
 
 compile_commands.json: FORCE | $(BUILD)/assets/assets.h
 	$(say) GEN $@

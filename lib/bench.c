@@ -25,8 +25,7 @@
 /* ---- drives ------------------------------------------------------------------ */
 
 /* torque as tl_forward takes it, for a current of 1 A (a slider's drive is in newtons) */
-static double torque_per_current(const tl_model *m, int joint, const double *q)
-{
+static double torque_per_current(const tl_model *m, int joint, const double *q) {
   const tl_drive *d = &m->drive[joint];
   double ratio, slope;
 
@@ -37,8 +36,7 @@ static double torque_per_current(const tl_model *m, int joint, const double *q)
 }
 
 /* how far what the drive sees moves for a unit of joint motion */
-static double drive_ratio(const tl_model *m, int joint, const double *q)
-{
+static double drive_ratio(const tl_model *m, int joint, const double *q) {
   double ratio = 1.0, slope;
 
   if (m->plant == TL_PLANT_LEG)
@@ -46,20 +44,17 @@ static double drive_ratio(const tl_model *m, int joint, const double *q)
   return ratio;
 }
 
-static double drive_position(const tl_model *m, int joint, const double *q)
-{
+static double drive_position(const tl_model *m, int joint, const double *q) {
   if (m->plant != TL_PLANT_LEG) return q[joint];
   return tl_transmission_motor_angle(&m->drive[joint].transmission, q[joint]);
 }
 
-static double rounded(double x, double step)
-{
+static double rounded(double x, double step) {
   return step > 0.0 ? floor(x / step + 0.5) * step : x;
 }
 
 /* where the excitation stands: a series runs while the bench settles, ramps wait */
-static void reference_at(const tl_bench *b, double t, tl_motion *reference)
-{
+static void reference_at(const tl_bench *b, double t, tl_motion *reference) {
   double begin = b->excitation->kind == TL_EXCITATION_RAMPS ? b->settings.settle_s : 0.0;
 
   tl_excitation_at(b->excitation, t - begin, reference);
@@ -67,8 +62,7 @@ static void reference_at(const tl_bench *b, double t, tl_motion *reference)
 
 /* one tick of the position control: PD on position and low-passed velocity, the current limited and
  * then held */
-static void control(tl_bench *b, double t)
-{
+static void control(tl_bench *b, double t) {
   const tl_bench_settings *s = &b->settings;
   double share = 1.0 - tl_exp(-2.0 * TL_PI * s->velocity_hz / s->control_hz);
   tl_motion reference;
@@ -92,8 +86,7 @@ static void control(tl_bench *b, double t)
 /* ---- sensors ----------------------------------------------------------------- */
 
 static void record_leg(const tl_bench *b, const double *q, const double *current, const double *camera,
-                       double row[TL_CHANNEL_COUNT])
-{
+                       double row[TL_CHANNEL_COUNT]) {
   const tl_bench_settings *s = &b->settings;
 
   row[TL_CHANNEL_KNEE_MOTOR] = rounded(drive_position(b->model, 0, q), s->drive_step_rad[0]);
@@ -106,8 +99,7 @@ static void record_leg(const tl_bench *b, const double *q, const double *current
 }
 
 /* every sensor of the plant at an instant of the recording */
-static void record(const tl_bench *b, double t_s, double row[TL_CHANNEL_COUNT])
-{
+static void record(const tl_bench *b, double t_s, double row[TL_CHANNEL_COUNT]) {
   const tl_bench_settings *s = &b->settings;
   const double *q = b->simulation.motion.q;
   double current[2], camera[2];
@@ -135,8 +127,7 @@ static void record(const tl_bench *b, double t_s, double row[TL_CHANNEL_COUNT])
   }
 }
 
-static uint32_t recordable(const tl_model *m)
-{
+static uint32_t recordable(const tl_model *m) {
   uint32_t time = TL_CHANNEL_BIT(TL_CHANNEL_TIME);
 
   if (m->plant == TL_PLANT_LEG)
@@ -155,23 +146,23 @@ static uint32_t recordable(const tl_model *m)
 
 /* Instant of sample k on the recording's clock. Samples lie amid two ticks, as far as their rates
  * allow, so that a held current is seen neither early nor late on average. */
-static double sample_time(const tl_bench_settings *s, uint64_t k)
-{
-  double first = (floor(s->jitter_s * s->control_hz + 0.5) + 0.5) / s->control_hz, draw[2];
+static double sample_time(const tl_bench_settings *s, uint64_t k) {
+  double first = (floor(s->jitter_s * s->control_hz + 0.5) + 0.5) / s->control_hz, draw[2], t, per_s;
 
   tl_random_uniform2(s->seed, JITTER_STREAM, k, draw);
-  return rounded((double)k / s->sample_hz + first + (2.0 * draw[0] - 1.0) * s->jitter_s, s->clock_s);
+  t = (double)k / s->sample_hz + first + (2.0 * draw[0] - 1.0) * s->jitter_s;
+  if (!(s->clock_s > 0.0)) return t;
+  per_s = 1.0 / s->clock_s; /* a whole number over it is the double nearest to its decimal text */
+  return floor(t * per_s + 0.5) / per_s;
 }
 
-static tl_status run_to(tl_bench *b, double t)
-{
+static tl_status run_to(tl_bench *b, double t) {
   return tl_simulate(b->model, tl_held_torque, b->torque, b->settings.step_s, &b->simulation, t);
 }
 
-tl_status tl_bench_next(tl_bench *b, double row[TL_CHANNEL_COUNT])
-{
+tl_status tl_bench_next(tl_bench *b, double row[TL_CHANNEL_COUNT]) {
   double t_s = sample_time(&b->settings, b->sample), until = b->settings.settle_s + t_s, tick;
-  double measured[TL_CHANNEL_COUNT];
+  double measured[TL_CHANNEL_COUNT] = {0.0};
   tl_status status = TL_OK;
   int channel;
 
@@ -190,30 +181,29 @@ tl_status tl_bench_next(tl_bench *b, double row[TL_CHANNEL_COUNT])
   return TL_OK;
 }
 
-static int is_between(double x, double low, double high)
-{
+static int is_between(double x, double low, double high) {
   return x >= low && x <= high;
 }
 
-static int in_range(const tl_bench_settings *s)
-{
+static int in_range(const tl_bench_settings *s) {
   const double most = 1e12;
   int j;
 
   for (j = 0; j < TL_MAX_JOINTS; j++) {
     if (!is_between(s->stiffness[j], 0.0, most) || !is_between(s->damping[j], 0.0, most)) return 0;
-    if (!is_between(s->current_limit_A[j], 0.0, most) || !is_between(s->drive_step_rad[j], 0.0, 1.0)) return 0;
+    if (!is_between(s->current_limit_A[j], 0.0, most) || !is_between(s->drive_step_rad[j], 0.0, 1.0))
+      return 0;
     if (!is_between(s->current_noise_A[j], 0.0, most)) return 0;
   }
   if (!is_between(s->control_hz, 1.0, 1e6) || !is_between(s->velocity_hz, 1e-3, 1e6)) return 0;
   if (!is_between(s->ankle_step_rad, 0.0, 1.0) || !is_between(s->camera_noise_rad, 0.0, 1.0)) return 0;
-  if (!is_between(s->sample_hz, 1e-3, s->control_hz) || !is_between(s->jitter_s, 0.0, 0.45 / s->sample_hz)) return 0;
+  if (!is_between(s->sample_hz, 1e-3, s->control_hz) || !is_between(s->jitter_s, 0.0, 0.45 / s->sample_hz))
+    return 0;
   if (!is_between(s->clock_s, 0.0, 0.04 / s->sample_hz) || !is_between(s->settle_s, 0.0, 1e6)) return 0;
   return is_between(s->step_s, 1e-6, 1.0);
 }
 
-tl_status tl_bench_init(tl_bench *b, const tl_model *m, const tl_excitation *e, const tl_bench_settings *s)
-{
+tl_status tl_bench_init(tl_bench *b, const tl_model *m, const tl_excitation *e, const tl_bench_settings *s) {
   tl_bench made;
   tl_motion start;
   tl_status status;
@@ -236,17 +226,19 @@ tl_status tl_bench_init(tl_bench *b, const tl_model *m, const tl_excitation *e, 
   return TL_OK;
 }
 
+void tl_bench_reference(const tl_bench *b, tl_motion *reference) {
+  reference_at(b, b->simulation.t_s, reference);
+}
+
 /* ---- defaults ------------------------------------------------------------------ */
 
-static double acceleration_of(const tl_model *m)
-{
+static double acceleration_of(const tl_model *m) {
   return m->plant == TL_PLANT_SLIDER ? SLIDER_ACCELERATION : ROTARY_ACCELERATION;
 }
 
 /* gains that give the wanted bandwidth to the inertia at rest, and a limit that holds it up
  * horizontally, overcomes friction and accelerates */
-static void choose_drives(const tl_model *m, tl_bench_settings *s)
-{
+static void choose_drives(const tl_model *m, tl_bench_settings *s) {
   double matrix[TL_MAX_JOINTS * TL_MAX_JOINTS], w = 2.0 * TL_PI * BANDWIDTH_HZ, torque[TL_MAX_JOINTS];
   tl_motion worst;
   int joints = tl_joint_count(m), j;
@@ -269,18 +261,22 @@ static void choose_drives(const tl_model *m, tl_bench_settings *s)
   }
 }
 
-static double settling(const tl_excitation *e)
-{
+static double settling(const tl_excitation *e) {
   double period = tl_excitation_length_s(e);
 
   if (e->kind == TL_EXCITATION_RAMPS) return 1.0;
   return period * -floor(-(e->fade_s + 1.0) / period);
 }
 
-tl_bench_settings tl_bench_defaults(const tl_model *m, const tl_excitation *e)
-{
-  tl_bench_settings s = {.control_hz = 1000.0, .velocity_hz = 100.0, .sample_hz = 250.0, .jitter_s = 3e-4,
-                         .clock_s = 1e-6, .step_s = 1e-3, .camera_noise_rad = 1e-3, .seed = 1};
+tl_bench_settings tl_bench_defaults(const tl_model *m, const tl_excitation *e) {
+  tl_bench_settings s = {.control_hz = 1000.0,
+                         .velocity_hz = 100.0,
+                         .sample_hz = 250.0,
+                         .jitter_s = 3e-4,
+                         .clock_s = 1e-6,
+                         .step_s = 1e-3,
+                         .camera_noise_rad = 1e-3,
+                         .seed = 1};
   tl_channel_set set;
   int j;
 
@@ -302,13 +298,13 @@ tl_bench_settings tl_bench_defaults(const tl_model *m, const tl_excitation *e)
   return s;
 }
 
-void tl_bench_limits(const tl_model *m, const tl_bench_settings *s, tl_limits limits[TL_MAX_JOINTS])
-{
+void tl_bench_limits(const tl_model *m, const tl_bench_settings *s, tl_limits limits[TL_MAX_JOINTS]) {
   const double rest[TL_MAX_JOINTS] = {0.0, 0.0};
   int j;
 
-  for (j = 0; j < tl_joint_count(m); j++) {
+  for (j = 0; j < TL_MAX_JOINTS; j++) {
     limits[j] = tl_limits_none();
+    if (j >= tl_joint_count(m)) continue;
     limits[j].speed = m->plant == TL_PLANT_SLIDER ? SLIDER_SPEED : ROTARY_SPEED;
     limits[j].acceleration = acceleration_of(m);
     limits[j].torque = s->current_limit_A[j] * fabs(torque_per_current(m, j, rest));

@@ -18,8 +18,7 @@ typedef struct jet {
 } jet;
 
 /* 10 u^3 - 15 u^4 + 6 u^5 over u = t / fade_s: velocity and acceleration are 0 at both ends */
-static jet fade_at(const tl_excitation *e, double t)
-{
+static jet fade_at(const tl_excitation *e, double t) {
   jet w = {1.0, 0.0, 0.0};
   double u;
 
@@ -32,8 +31,7 @@ static jet fade_at(const tl_excitation *e, double t)
 }
 
 /* the series (14) and its derivatives; sin and cos of the multiples by rotation */
-static void series_at(const tl_excitation *e, double t, jet x[TL_MAX_JOINTS])
-{
+static void series_at(const tl_excitation *e, double t, jet x[TL_MAX_JOINTS]) {
   double cycles = e->base_hz * t, w = 2.0 * TL_PI * e->base_hz;
   double s1, c1, s = 0.0, c = 1.0;
   int i, j;
@@ -53,8 +51,7 @@ static void series_at(const tl_excitation *e, double t, jet x[TL_MAX_JOINTS])
 }
 
 /* the share of a move that is done after `t` of it: trapezoidal speed */
-static jet share_at(const tl_move *move, double t)
-{
+static jet share_at(const tl_move *move, double t) {
   jet s = {1.0, 0.0, 0.0};
   double rate = 1.0 / (move->duration_s - move->ramp_s), left = move->duration_s - t;
 
@@ -75,8 +72,7 @@ static jet share_at(const tl_move *move, double t)
 }
 
 /* the last move that has begun at t (binary search) */
-static const tl_move *move_at(const tl_excitation *e, double t)
-{
+static const tl_move *move_at(const tl_excitation *e, double t) {
   int low = 0, high = e->moves - 1;
 
   while (low < high) {
@@ -89,8 +85,7 @@ static const tl_move *move_at(const tl_excitation *e, double t)
   return &e->move[low];
 }
 
-static void moves_at(const tl_excitation *e, double t, jet x[TL_MAX_JOINTS])
-{
+static void moves_at(const tl_excitation *e, double t, jet x[TL_MAX_JOINTS]) {
   const tl_move *move;
   jet s;
   int j;
@@ -106,8 +101,7 @@ static void moves_at(const tl_excitation *e, double t, jet x[TL_MAX_JOINTS])
   }
 }
 
-void tl_excitation_at(const tl_excitation *e, double t_s, tl_motion *motion)
-{
+void tl_excitation_at(const tl_excitation *e, double t_s, tl_motion *motion) {
   jet x[TL_MAX_JOINTS], w;
   double t = t_s > 0.0 ? t_s : 0.0;
   int j;
@@ -127,16 +121,14 @@ void tl_excitation_at(const tl_excitation *e, double t_s, tl_motion *motion)
   }
 }
 
-double tl_excitation_length_s(const tl_excitation *e)
-{
+double tl_excitation_length_s(const tl_excitation *e) {
   const tl_move *last = &e->move[e->moves > 0 ? e->moves - 1 : 0];
 
   if (e->kind == TL_EXCITATION_FOURIER) return 1.0 / e->base_hz;
   return e->moves > 0 ? last->begin_s + last->duration_s : 0.0;
 }
 
-void tl_excitation_speed_up(tl_excitation *e, double factor)
-{
+void tl_excitation_speed_up(tl_excitation *e, double factor) {
   int i;
 
   e->base_hz *= factor;
@@ -148,8 +140,7 @@ void tl_excitation_speed_up(tl_excitation *e, double factor)
   }
 }
 
-void tl_excitation_scale(tl_excitation *e, int joint, double factor)
-{
+void tl_excitation_scale(tl_excitation *e, int joint, double factor) {
   int i;
 
   for (i = 0; i < e->harmonics; i++) {
@@ -164,8 +155,7 @@ void tl_excitation_scale(tl_excitation *e, int joint, double factor)
 
 /* ---- the kinds --------------------------------------------------------------- */
 
-static tl_status begin(tl_excitation *e, tl_excitation_kind kind, int joints)
-{
+static tl_status begin(tl_excitation *e, tl_excitation_kind kind, int joints) {
   if (!e || joints < 1 || joints > TL_MAX_JOINTS) return TL_ERR_ARGUMENT;
   memset(e, 0, sizeof *e);
   e->kind = kind;
@@ -174,8 +164,7 @@ static tl_status begin(tl_excitation *e, tl_excitation_kind kind, int joints)
   return TL_OK;
 }
 
-tl_status tl_excitation_paper(tl_excitation *e, int joints)
-{
+tl_status tl_excitation_paper(tl_excitation *e, int joints) {
   tl_status status = begin(e, TL_EXCITATION_FOURIER, joints);
   int i, j;
 
@@ -191,8 +180,7 @@ tl_status tl_excitation_paper(tl_excitation *e, int joints)
   return TL_OK;
 }
 
-tl_multisine_settings tl_multisine_defaults(const tl_model *m)
-{
+tl_multisine_settings tl_multisine_defaults(const tl_model *m) {
   tl_multisine_settings s = {0.25, 8, 0.5, {0.0, 0.0}, {0.5, 0.35}, 2.0, 1};
 
   if (m->plant == TL_PLANT_PENDULUM) s.amplitude[0] = 0.8;
@@ -200,8 +188,7 @@ tl_multisine_settings tl_multisine_defaults(const tl_model *m)
   return s;
 }
 
-static int multisine_in_range(const tl_multisine_settings *s, int joints)
-{
+static int multisine_in_range(const tl_multisine_settings *s, int joints) {
   int j;
 
   for (j = 0; j < joints; j++)
@@ -211,8 +198,7 @@ static int multisine_in_range(const tl_multisine_settings *s, int joints)
 }
 
 /* amplitudes of the wanted shape with phases drawn for (seed, joint, harmonic) */
-static void draw_phases(tl_excitation *e, const tl_multisine_settings *s, int joint)
-{
+static void draw_phases(tl_excitation *e, const tl_multisine_settings *s, int joint) {
   int i;
 
   for (i = 0; i < s->harmonics; i++) {
@@ -224,8 +210,7 @@ static void draw_phases(tl_excitation *e, const tl_multisine_settings *s, int jo
   }
 }
 
-tl_status tl_excitation_multisine(tl_excitation *e, int joints, const tl_multisine_settings *s)
-{
+tl_status tl_excitation_multisine(tl_excitation *e, int joints, const tl_multisine_settings *s) {
   tl_peak peak[TL_MAX_PEAKS];
   tl_status status;
   int j;
@@ -249,8 +234,7 @@ tl_status tl_excitation_multisine(tl_excitation *e, int joints, const tl_multisi
   return TL_OK;
 }
 
-tl_ramp_settings tl_ramp_defaults(const tl_model *m)
-{
+tl_ramp_settings tl_ramp_defaults(const tl_model *m) {
   tl_ramp_settings s = {{0.3, 0.09, 0.03}, {0.4, 0.3}, 1.2, 0.4, 5.0};
   int i;
 
@@ -262,8 +246,7 @@ tl_ramp_settings tl_ramp_defaults(const tl_model *m)
   return s;
 }
 
-static int ramps_in_range(const tl_ramp_settings *s, int joints)
-{
+static int ramps_in_range(const tl_ramp_settings *s, int joints) {
   int i;
 
   for (i = 0; i < TL_RAMP_SPEEDS; i++)
@@ -275,8 +258,7 @@ static int ramps_in_range(const tl_ramp_settings *s, int joints)
 }
 
 /* where the last move ends, in time and place, and a new one behind it */
-static tl_move *next_move(tl_excitation *e)
-{
+static tl_move *next_move(tl_excitation *e) {
   tl_move *move = &e->move[e->moves];
 
   memset(move, 0, sizeof *move);
@@ -290,13 +272,13 @@ static tl_move *next_move(tl_excitation *e)
 }
 
 /* a ramp to `to` at `speed` of the joint that travels farthest, and the hold behind it */
-static void add_ramp(tl_excitation *e, const tl_ramp_settings *s, double speed, const double to[TL_MAX_JOINTS])
-{
+static void add_ramp(tl_excitation *e, const tl_ramp_settings *s, double speed,
+                     const double to[TL_MAX_JOINTS]) {
   tl_move *move = next_move(e);
   double travel = 0.0;
   int j;
 
-  for (j = 0; j < e->joints; j++) {
+  for (j = 0; j < TL_MAX_JOINTS; j++) {
     move->to[j] = to[j];
     if (fabs(to[j] - move->from[j]) > travel) travel = fabs(to[j] - move->from[j]);
   }
@@ -311,15 +293,14 @@ static void add_ramp(tl_excitation *e, const tl_ramp_settings *s, double speed, 
 
 /* to one side, to the other and back, the joints whose bit is set in `which`; where both move
  * they go to opposite sides, so that the foot's angle is not twice the shank's */
-static void add_cycle(tl_excitation *e, const tl_ramp_settings *s, double speed, int which)
-{
-  double to[TL_MAX_JOINTS] = {0.0, 0.0}, side;
-  int j;
+static void add_cycle(tl_excitation *e, const tl_ramp_settings *s, double speed, int which) {
+  double to[TL_MAX_JOINTS] = {0.0, 0.0};
+  int side, j;
 
-  for (side = 1.0; side >= -1.0; side -= 2.0) {
+  for (side = 1; side >= -1; side -= 2) {
     for (j = 0; j < e->joints; j++) {
       double reach = speed * s->travel_s < s->amplitude[j] ? speed * s->travel_s : s->amplitude[j];
-      to[j] = which >> j & 1 ? side * reach : 0.0;
+      to[j] = which >> j & 1 ? (double)side * reach : 0.0;
       if (which == 3 && j == 1) to[j] = -to[j];
     }
     add_ramp(e, s, speed, to);
@@ -328,8 +309,7 @@ static void add_cycle(tl_excitation *e, const tl_ramp_settings *s, double speed,
   add_ramp(e, s, speed, to);
 }
 
-tl_status tl_excitation_ramps(tl_excitation *e, int joints, const tl_ramp_settings *s)
-{
+tl_status tl_excitation_ramps(tl_excitation *e, int joints, const tl_ramp_settings *s) {
   tl_status status;
   int which, k;
 

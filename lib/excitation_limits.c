@@ -15,8 +15,7 @@
 
 /* the grid of instants on which peaks are looked for: uniform over fade and one period, or
  * uniform in each phase of each move */
-static size_t grid_count(const tl_excitation *e)
-{
+static size_t grid_count(const tl_excitation *e) {
   double points;
 
   if (e->kind == TL_EXCITATION_RAMPS) return (size_t)e->moves * 3 * PHASE_POINTS + 1;
@@ -24,15 +23,15 @@ static size_t grid_count(const tl_excitation *e)
   return (size_t)floor(points + 0.5) + 1;
 }
 
-static double grid_time(const tl_excitation *e, size_t k)
-{
-  const tl_move *move = &e->move[k / (3 * PHASE_POINTS)];
+static double grid_time(const tl_excitation *e, size_t k) {
   size_t phase = k / PHASE_POINTS % 3;
   double share = (double)(k % PHASE_POINTS) / PHASE_POINTS;
+  const tl_move *move;
 
   if (e->kind == TL_EXCITATION_FOURIER)
     return (double)k / (e->base_hz * (double)(e->harmonics > 0 ? e->harmonics : 1) * SERIES_POINTS);
   if (k + 1 == grid_count(e)) return tl_excitation_length_s(e);
+  move = &e->move[k / (3 * PHASE_POINTS)];
   if (phase == 0) return move->begin_s + share * move->ramp_s;
   if (phase == 1) return move->begin_s + move->ramp_s + share * (move->duration_s - 2.0 * move->ramp_s);
   return move->begin_s + move->duration_s - (1.0 - share) * move->ramp_s;
@@ -40,8 +39,7 @@ static double grid_time(const tl_excitation *e, size_t k)
 
 /* every quantity at an instant, as something whose largest value is looked for; value[] keeps signs */
 static void quantities_at(const tl_model *m, const tl_excitation *e, double t, double size[TL_MAX_PEAKS],
-                          double value[TL_MAX_PEAKS])
-{
+                          double value[TL_MAX_PEAKS]) {
   double torque[TL_MAX_JOINTS] = {0.0, 0.0};
   tl_motion now;
   int j, k;
@@ -64,9 +62,9 @@ static void quantities_at(const tl_model *m, const tl_excitation *e, double t, d
 }
 
 /* a look at quantity `which` at one more instant; `peak` keeps it when it beats *best */
-static double probe(const tl_model *m, const tl_excitation *e, int which, double t, tl_peak *peak, double *best)
-{
-  double size[TL_MAX_PEAKS], value[TL_MAX_PEAKS];
+static double probe(const tl_model *m, const tl_excitation *e, int which, double t, tl_peak *peak,
+                    double *best) {
+  double size[TL_MAX_PEAKS] = {0.0}, value[TL_MAX_PEAKS] = {0.0};
 
   quantities_at(m, e, t, size, value);
   if (size[which] > *best) {
@@ -78,9 +76,8 @@ static double probe(const tl_model *m, const tl_excitation *e, int which, double
 }
 
 /* golden section for quantity `which` between low and high; never less than what `peak` holds */
-static void refine(const tl_model *m, const tl_excitation *e, int which, double low, double high, tl_peak *peak,
-                   double best)
-{
+static void refine(const tl_model *m, const tl_excitation *e, int which, double low, double high,
+                   tl_peak *peak, double best) {
   double left = high - GOLDEN * (high - low), right = low + GOLDEN * (high - low);
   double at_left = probe(m, e, which, left, peak, &best), at_right = probe(m, e, which, right, peak, &best);
   int step;
@@ -102,10 +99,9 @@ static void refine(const tl_model *m, const tl_excitation *e, int which, double 
   }
 }
 
-void tl_excitation_find_peaks(const tl_model *m, const tl_excitation *e, tl_peak peak[TL_MAX_PEAKS])
-{
-  double size[TL_MAX_PEAKS], value[TL_MAX_PEAKS], best[TL_MAX_PEAKS];
-  size_t at[TL_MAX_PEAKS], k, n = grid_count(e);
+void tl_excitation_find_peaks(const tl_model *m, const tl_excitation *e, tl_peak peak[TL_MAX_PEAKS]) {
+  double size[TL_MAX_PEAKS] = {0.0}, value[TL_MAX_PEAKS] = {0.0}, best[TL_MAX_PEAKS] = {0.0};
+  size_t at[TL_MAX_PEAKS] = {0}, k, n = grid_count(e);
   int i, count = e->joints * TL_QUANTITIES;
 
   for (k = 0; k < n; k++) {
@@ -128,29 +124,26 @@ void tl_excitation_find_peaks(const tl_model *m, const tl_excitation *e, tl_peak
 
 /* ---- limits ---------------------------------------------------------------- */
 
-tl_limits tl_limits_none(void)
-{
+tl_limits tl_limits_none(void) {
   tl_limits none = {-HUGE_VAL, HUGE_VAL, HUGE_VAL, HUGE_VAL, HUGE_VAL};
   return none;
 }
 
-const char *tl_quantity_name(tl_quantity quantity)
-{
+const char *tl_quantity_name(tl_quantity quantity) {
   static const char *const name[TL_QUANTITIES] = {"position", "position", "speed", "acceleration", "torque"};
 
   return (int)quantity >= 0 && (int)quantity < TL_QUANTITIES ? name[quantity] : NULL;
 }
 
-static void apply_limit(const tl_limits *limits, tl_peak *peak)
-{
+static void apply_limit(const tl_limits *limits, tl_peak *peak) {
   double sign = peak->peak < 0.0 ? -1.0 : 1.0;
 
   switch (peak->quantity) {
-    case TL_QUANTITY_POSITION_LOW: peak->limit = limits->position_low; break;
-    case TL_QUANTITY_POSITION_HIGH: peak->limit = limits->position_high; break;
-    case TL_QUANTITY_SPEED: peak->limit = sign * limits->speed; break;
-    case TL_QUANTITY_ACCELERATION: peak->limit = sign * limits->acceleration; break;
-    case TL_QUANTITY_TORQUE: peak->limit = sign * limits->torque; break;
+  case TL_QUANTITY_POSITION_LOW: peak->limit = limits->position_low; break;
+  case TL_QUANTITY_POSITION_HIGH: peak->limit = limits->position_high; break;
+  case TL_QUANTITY_SPEED: peak->limit = sign * limits->speed; break;
+  case TL_QUANTITY_ACCELERATION: peak->limit = sign * limits->acceleration; break;
+  case TL_QUANTITY_TORQUE: peak->limit = sign * limits->torque; break;
   }
   if (peak->quantity == TL_QUANTITY_POSITION_LOW) sign = -1.0;
   if (peak->quantity == TL_QUANTITY_POSITION_HIGH) sign = 1.0;
@@ -158,22 +151,19 @@ static void apply_limit(const tl_limits *limits, tl_peak *peak)
 }
 
 void tl_excitation_peaks(const tl_model *m, const tl_limits limits[TL_MAX_JOINTS], const tl_excitation *e,
-                         tl_peak peak[TL_MAX_PEAKS])
-{
+                         tl_peak peak[TL_MAX_PEAKS]) {
   int i;
 
   tl_excitation_find_peaks(m, e, peak);
   for (i = 0; i < e->joints * TL_QUANTITIES; i++) apply_limit(&limits[peak[i].joint], &peak[i]);
 }
 
-static int joints_match(const tl_model *m, const tl_excitation *e)
-{
+static int joints_match(const tl_model *m, const tl_excitation *e) {
   return e->joints >= 1 && e->joints == tl_joint_count(m);
 }
 
-tl_status tl_excitation_check(const tl_model *m, const tl_limits limits[TL_MAX_JOINTS], const tl_excitation *e,
-                              tl_peak peak[TL_MAX_PEAKS], int *broken)
-{
+tl_status tl_excitation_check(const tl_model *m, const tl_limits limits[TL_MAX_JOINTS],
+                              const tl_excitation *e, tl_peak peak[TL_MAX_PEAKS], int *broken) {
   tl_peak all[TL_MAX_PEAKS];
   int i;
 
@@ -192,8 +182,7 @@ tl_status tl_excitation_check(const tl_model *m, const tl_limits limits[TL_MAX_J
 #define BISECTIONS 30
 
 /* what a joint's amplitude may be multiplied with; above 1 there is room left */
-static double amplitude_factor(const tl_limits *limits, double offset, const tl_peak *of_joint)
-{
+static double amplitude_factor(const tl_limits *limits, double offset, const tl_peak *of_joint) {
   double down = offset - of_joint[TL_QUANTITY_POSITION_LOW].peak;
   double up = of_joint[TL_QUANTITY_POSITION_HIGH].peak - offset;
   double factor = HUGE_VAL;
@@ -204,14 +193,14 @@ static double amplitude_factor(const tl_limits *limits, double offset, const tl_
   return factor;
 }
 
-static tl_status fit_amplitudes(const tl_model *m, const tl_limits *limits, tl_excitation *e, tl_scaling *s)
-{
+static tl_status fit_amplitudes(const tl_model *m, const tl_limits *limits, tl_excitation *e, tl_scaling *s) {
   tl_peak peak[TL_MAX_PEAKS];
   int j;
 
   tl_excitation_peaks(m, limits, e, peak);
   for (j = 0; j < e->joints; j++) {
-    if (!(e->offset[j] >= limits[j].position_low && e->offset[j] <= limits[j].position_high)) return TL_ERR_RANGE;
+    if (!(e->offset[j] >= limits[j].position_low && e->offset[j] <= limits[j].position_high))
+      return TL_ERR_RANGE;
     s->amplitude[j] = amplitude_factor(&limits[j], e->offset[j], peak + j * TL_QUANTITIES);
     s->amplitude[j] = s->amplitude[j] < 1.0 ? s->amplitude[j] * INSIDE : 1.0;
     tl_excitation_scale(e, j, s->amplitude[j]);
@@ -220,8 +209,7 @@ static tl_status fit_amplitudes(const tl_model *m, const tl_limits *limits, tl_e
 }
 
 /* the factor at which speed (proportional to it) and acceleration (to its square) hold */
-static double speed_factor(const tl_limits *limits, int joints, const tl_peak *peak)
-{
+static double speed_factor(const tl_limits *limits, int joints, const tl_peak *peak) {
   double factor = 1.0;
   int j;
 
@@ -235,8 +223,7 @@ static double speed_factor(const tl_limits *limits, int joints, const tl_peak *p
   return factor < 1.0 ? factor * INSIDE : 1.0;
 }
 
-static int torque_holds(const tl_model *m, const tl_limits *limits, const tl_excitation *e, double speed)
-{
+static int torque_holds(const tl_model *m, const tl_limits *limits, const tl_excitation *e, double speed) {
   tl_excitation slower = *e;
   tl_peak peak[TL_MAX_PEAKS];
   int j;
@@ -250,8 +237,8 @@ static int torque_holds(const tl_model *m, const tl_limits *limits, const tl_exc
 
 /* the largest factor at most `speed` with the torque inside its limit, by bisection: `low`
  * always holds, `high` never does */
-static tl_status fit_torque(const tl_model *m, const tl_limits *limits, const tl_excitation *e, double *speed)
-{
+static tl_status fit_torque(const tl_model *m, const tl_limits *limits, const tl_excitation *e,
+                            double *speed) {
   double low = SLOWEST * *speed, high = *speed;
   int i;
 
@@ -269,8 +256,7 @@ static tl_status fit_torque(const tl_model *m, const tl_limits *limits, const tl
 }
 
 tl_status tl_excitation_fit(const tl_model *m, const tl_limits limits[TL_MAX_JOINTS], tl_excitation *e,
-                            tl_scaling *scaling)
-{
+                            tl_scaling *scaling) {
   tl_scaling s = {{1.0, 1.0}, 1.0};
   tl_peak peak[TL_MAX_PEAKS];
   tl_excitation fitted;

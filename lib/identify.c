@@ -103,6 +103,36 @@ static tl_status set_bounds(tl_problem *p)
   return TL_OK;
 }
 
+/* the swarm's own bounds; the two components of gravity where both are free and unbounded */
+static void set_search(tl_problem *p)
+{
+  int i, n;
+  const tl_parameter *table = tl_parameters(&p->model, &n);
+
+  p->gravity = -1;
+  for (i = 0; i < n; i++) {
+    p->search_lower[i] = p->lower[i];
+    p->search_upper[i] = p->upper[i];
+  }
+  for (i = 1; i < n; i++) {
+    const tl_identify_settings *s = &p->settings;
+    if (!table[i].angle || s->bounded[i] || s->bounded[i - 1] || s->fixed[i] || s->fixed[i - 1]) continue;
+    p->gravity = i - 1;
+    p->search_upper[i] = p->search_upper[i - 1];
+    p->search_lower[i] = p->search_lower[i - 1] = -p->search_upper[i];
+  }
+}
+
+void tl_problem_parameters(const tl_problem *problem, const double *x, double *value)
+{
+  int g = problem->gravity;
+
+  memcpy(value, x, (size_t)problem->parameters * sizeof *value);
+  if (g < 0) return;
+  value[g] = sqrt(x[g] * x[g] + x[g + 1] * x[g + 1]);
+  value[g + 1] = tl_atan2(x[g + 1], x[g]);
+}
+
 tl_status tl_problem_init(tl_problem *problem, const tl_model *prior, const tl_identify_settings *s,
                           const tl_factor *factor)
 {
@@ -117,16 +147,19 @@ tl_status tl_problem_init(tl_problem *problem, const tl_model *prior, const tl_i
   tl_parameters(prior, &problem->parameters);
   tl_parameters_get(prior, problem->prior);
   status = combine(problem, factor);
-  return status == TL_OK ? set_bounds(problem) : status;
+  if (status == TL_OK) status = set_bounds(problem);
+  if (status == TL_OK) set_search(problem);
+  return status;
 }
 
 double tl_identify_cost(const double *x, const void *context)
 {
   const tl_problem *p = context;
-  double base[TL_MAX_BASE];
+  double base[TL_MAX_BASE], value[TL_MAX_PARAMETERS];
   tl_model m = p->model;
 
-  tl_parameters_set(&m, x);
+  tl_problem_parameters(p, x, value);
+  tl_parameters_set(&m, value);
   tl_base_values(&m, base);
   return tl_factor_cost(&p->factor, base) / (double)p->factor.rows;
 }
@@ -140,12 +173,12 @@ tl_status tl_identify_swarm(const tl_problem *problem, double *memory, size_t me
                             uint64_t *evaluations)
 {
   tl_pso swarm;
-  tl_status status = tl_pso_init(&swarm, &problem->settings.swarm, problem->parameters, problem->lower,
-                                 problem->upper, memory, memory_n);
+  tl_status status = tl_pso_init(&swarm, &problem->settings.swarm, problem->parameters, problem->search_lower,
+                                 problem->search_upper, memory, memory_n);
 
   if (status == TL_OK) status = tl_pso_run(&swarm, tl_identify_cost, problem);
   if (status != TL_OK) return status;
-  memcpy(best, swarm.best, (size_t)problem->parameters * sizeof *best);
+  tl_problem_parameters(problem, swarm.best, best);
   if (evaluations) *evaluations = swarm.evaluations;
   return TL_OK;
 }
@@ -165,5 +198,6 @@ int tl_problem_widen(tl_problem *problem, const double *best)
     problem->lower[i] *= below ? PRIOR_FACTOR : 1.0;
     widened = 1;
   }
+  if (widened) set_search(problem);
   return widened;
 }

@@ -217,6 +217,15 @@ static tl_status condition(const tl_factor *f, double *out)
   return status;
 }
 
+/* cost at physical parameters, as tl_identify_cost at a point of the search */
+static double cost_at(const tl_problem *p, const double *value)
+{
+  double base[TL_MAX_BASE];
+
+  base_at(p, value, base);
+  return tl_factor_cost(&p->factor, base) / (double)p->factor.rows;
+}
+
 static tl_status certificate(const tl_problem *p, const double *value, tl_identify_result *out)
 {
   double b[TL_FACTOR_MAX];
@@ -276,9 +285,9 @@ tl_status tl_identify_conclude(const tl_problem *problem, const double *best, tl
   base_at(problem, result->value, result->base);
   null_directions(problem, &w, result);
   mark_bounds(problem, result);
-  result->cost = tl_identify_cost(best, problem);
-  for (i = 0; i < problem->parameters; i++) result->sigma[i] = NAN;
-  for (i = 0; i < problem->bases; i++) result->base_sigma[i] = NAN;
+  result->cost = cost_at(problem, best);
+  for (i = 0; i < problem->parameters; i++) result->sigma[i] = (double)NAN;
+  for (i = 0; i < problem->bases; i++) result->base_sigma[i] = (double)NAN;
   return certificate(problem, result->value, result);
 }
 
@@ -372,6 +381,6 @@ tl_status tl_identify_sigma(const tl_problem *problem, const tl_sandwich *s, tl_
         base_gain[a * problem->bases + b] += jacobian[a * n + i] * gain[i * problem->bases + b];
   propagate(s, base_gain, problem->bases, w.kept, result->base_sigma);
   for (i = 0; i < n; i++)
-    if (!result->identifiable[i]) result->sigma[i] = NAN;
+    if (!result->identifiable[i]) result->sigma[i] = (double)NAN;
   return TL_OK;
 }

@@ -183,8 +183,8 @@ static tl_status velocity_motion(const joint_work *w, tl_track *track, int j)
 
   if (status != TL_OK) return status;
   memset(w->q, 0, w->n * sizeof *w->q);
-  memcpy(w->quick, w->v, w->n * sizeof *w->quick);
-  track->stops[j] = tl_find_stops(w->t_s, NULL, w->quick, w->n, w->sensing->standstill, track->stop[j]);
+  memcpy(w->quick, w->x, w->n * sizeof *w->quick);
+  track->stops[j] = tl_find_stops(w->t_s, NULL, w->v, w->n, w->sensing->standstill, track->stop[j]);
   return TL_OK;
 }
 

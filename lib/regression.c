@@ -69,8 +69,9 @@ void tl_regression_space_init(tl_regression_space *space, const tl_regression *r
 
 /* ---- at the recording's rows -------------------------------------------- */
 
-static void motion_at(const tl_track *track, int joints, size_t i, tl_motion *now)
+static void motion_at(const tl_model *m, const tl_track *track, int joints, size_t i, tl_motion *now)
 {
+  double foot;
   int j;
 
   for (j = 0; j < joints; j++) {
@@ -79,6 +80,10 @@ static void motion_at(const tl_track *track, int joints, size_t i, tl_motion *no
     now->a[j] = track->a[j][i];
     now->slip[j] = track->slip[j][i];
   }
+  if (m->plant != TL_PLANT_LEG || m->form != TL_FORM_PAPER) return;
+  /* the paper's print lets the ankle rub on the foot's absolute speed, whose stops are not sought */
+  foot = now->v[0] + now->v[1];
+  now->slip[1] = foot > 0.0 ? 1.0 : foot < 0.0 ? -1.0 : 0.0;
 }
 
 static void regressor_rows(const tl_regression *r, size_t n, tl_regression_space *space)
@@ -90,7 +95,7 @@ static void regressor_rows(const tl_regression *r, size_t n, tl_regression_space
 
   memset(&now, 0, sizeof now);
   for (i = 0; i < n; i++) {
-    motion_at(&space->track, joints, i, &now);
+    motion_at(&r->model, &space->track, joints, i, &now);
     tl_regressor(&r->model, &now, row, known);
     for (j = 0; j < joints; j++) {
       int columns = space->rows[j].columns;

@@ -150,8 +150,9 @@ tl_status tl_sense(const tl_model *m, const tl_layout *layout, int joint, const 
   if (out->noise < least) out->noise = least;
   ratio = typical_ratio(m, joint, x, sample->n);
   if (!angle) {
+    /* what the window leaves of a velocity is as much motion as noise; its resolution is sure */
     out->quick = out->window;
-    out->standstill = score->standstill > SURE * out->noise ? score->standstill : SURE * out->noise;
+    out->standstill = score->standstill > SURE * least ? score->standstill : SURE * least;
     return TL_OK;
   }
   wanted = score->standstill > 0.0 ? score->standstill : SMALL_SPEED * usual_speed(sample, x, ratio, work);

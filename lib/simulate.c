@@ -15,7 +15,8 @@
 
 #include "transmission_internal.h"
 
-#define MAX_CHANGES 1000
+#define CROWDED_S 1e-9 /* changes closer than this, so many times in a row, lead nowhere */
+#define MAX_CROWDED 100
 #define MAX_ROOT_STEPS 200
 #define BORDER 1e-9 /* of the Coulomb level: sticking or sliding, rounding decides */
 
@@ -34,8 +35,7 @@ typedef struct plant {
   int joints;
 } plant;
 
-void tl_held_torque(const void *context, double t_s, const tl_motion *motion, double torque[TL_MAX_JOINTS])
-{
+void tl_held_torque(const void *context, double t_s, const tl_motion *motion, double torque[TL_MAX_JOINTS]) {
   const double *held = context;
 
   (void)t_s;
@@ -51,8 +51,7 @@ void tl_held_torque(const void *context, double t_s, const tl_motion *motion, do
  *     M_FF a_F = M_FF a0_F + M_FS a0_S,   f_S = M_SF (a0_F - a_F) + M_SS a0_S.
  * slip of a sticking joint may come out beyond +-1: then it cannot stick. */
 static tl_status accelerate(const plant *p, const tl_joint_mode *mode, const double torque[TL_MAX_JOINTS],
-                            tl_motion *motion)
-{
+                            tl_motion *motion) {
   double matrix[TL_MAX_JOINTS * TL_MAX_JOINTS], friction[TL_MAX_JOINTS], a0[TL_MAX_JOINTS];
   int j, other, sticking = 0;
   tl_status status;
@@ -83,16 +82,14 @@ static tl_status accelerate(const plant *p, const tl_joint_mode *mode, const dou
 }
 
 /* what the model's own offset takes from the law's torque */
-static double offset_of(const tl_model *m)
-{
+static double offset_of(const tl_model *m) {
   if (m->plant == TL_PLANT_PENDULUM) return m->torque_offset_Nm;
   return m->plant == TL_PLANT_SLIDER ? m->force_offset_N : 0.0;
 }
 
 /* The right-hand side: accelerations and powers at x's positions and velocities. All that acts on the
  * plant meets here: the law's torque, and friction through `slip`; a further law adds to `torque`. */
-static tl_status evaluate(const plant *p, const tl_joint_mode *mode, double t, point *x)
-{
+static tl_status evaluate(const plant *p, const tl_joint_mode *mode, double t, point *x) {
   double torque[TL_MAX_JOINTS] = {0.0, 0.0}, joint[TL_MAX_JOINTS];
   tl_motion *now = &x->motion;
   tl_status status;
@@ -114,8 +111,7 @@ static tl_status evaluate(const plant *p, const tl_joint_mode *mode, double t, p
 /* ---- one step ---------------------------------------------------------------- */
 
 /* from x along the rates of `slope` for a time h */
-static point step_along(const point *x, double h, const point *slope)
-{
+static point step_along(const point *x, double h, const point *slope) {
   point y = *x;
   int j;
 
@@ -129,8 +125,7 @@ static point step_along(const point *x, double h, const point *slope)
 }
 
 /* the rates of the classical Runge-Kutta step, from those at its four points */
-static point mean_slope(const point k[4])
-{
+static point mean_slope(const point k[4]) {
   static const double weight[4] = {1.0 / 6.0, 2.0 / 6.0, 2.0 / 6.0, 1.0 / 6.0};
   point mean;
   int i, j;
@@ -156,8 +151,7 @@ typedef struct attempt {
   point end;          /* of the last length that was tried, evaluated */
 } attempt;
 
-static tl_status try_length(attempt *a, double h)
-{
+static tl_status try_length(attempt *a, double h) {
   static const double share[4] = {0.0, 0.5, 0.5, 1.0};
   point k[4], mean;
   tl_status status = TL_OK;
@@ -177,8 +171,7 @@ static tl_status try_length(attempt *a, double h)
 /* ---- changes of mode ----------------------------------------------------------- */
 
 /* how far joint j is into what its mode forbids: > 0 means that a change lies behind */
-static double trespass(tl_joint_mode mode, int j, const point *x)
-{
+static double trespass(tl_joint_mode mode, int j, const point *x) {
   if (mode == TL_MODE_FREE) return -1.0;
   if (mode == TL_MODE_STICK) return fabs(x->motion.slip[j]) - 1.0;
   return -(double)mode * x->motion.v[j];
@@ -187,12 +180,11 @@ static double trespass(tl_joint_mode mode, int j, const point *x)
 /* The length at which joint j's trespass begins, within TL_EVENT_TIME_S: it is <= 0 at no length and
  * at_high > 0 at *high, which becomes the end just beyond the change. Regula falsi (Illinois), every
  * third step a bisection. */
-static tl_status locate(attempt *a, int j, double at_low, double at_high, double *high)
-{
+static tl_status locate(attempt *a, int j, double at_low, double at_high, double *high) {
   double low = 0.0;
   int i, side = 0;
 
-  for (i = 0; i < MAX_ROOT_STEPS && *high - low > TL_EVENT_TIME_S; i++) {
+  for (i = 0; i<MAX_ROOT_STEPS && * high - low> TL_EVENT_TIME_S; i++) {
     double h = low + (*high - low) * (at_low / (at_low - at_high)), value;
     tl_status status;
     if (i % 3 == 2 || !(h > low && h < *high)) h = 0.5 * (low + *high);
@@ -216,8 +208,7 @@ static tl_status locate(attempt *a, int j, double at_low, double at_high, double
 
 /* the first change within a step of *h that has been tried: *h becomes its instant; bit j of the
  * answer's *changed says that joint j changes there */
-static tl_status first_change(attempt *a, double *h, int *changed)
-{
+static tl_status first_change(attempt *a, double *h, int *changed) {
   double at[TL_MAX_JOINTS], whole = *h;
   const point end = a->end;
   int j;
@@ -239,8 +230,7 @@ static tl_status first_change(attempt *a, double *h, int *changed)
 }
 
 /* do the joints at rest agree with their modes? A sticking one to `tolerance` of its Coulomb level. */
-static int is_consistent(const plant *p, const tl_joint_mode *mode, const point *x, double tolerance)
-{
+static int is_consistent(const plant *p, const tl_joint_mode *mode, const point *x, double tolerance) {
   int j;
 
   for (j = 0; j < p->joints; j++) {
@@ -253,8 +243,7 @@ static int is_consistent(const plant *p, const tl_joint_mode *mode, const point 
 
 /* Modes from what the joints do now, and the rates that follow. The direction of a joint at rest is
  * looked for among all patterns, sticking first; a second round forgives rounding at the border. */
-static tl_status settle(const plant *p, double t, tl_joint_mode *mode, point *x)
-{
+static tl_status settle(const plant *p, double t, tl_joint_mode *mode, point *x) {
   static const tl_joint_mode choice[3] = {TL_MODE_STICK, TL_MODE_FORWARD, TL_MODE_BACKWARD};
   int pattern, round, j, at_rest[TL_MAX_JOINTS] = {0, 0};
 
@@ -271,7 +260,7 @@ static tl_status settle(const plant *p, double t, tl_joint_mode *mode, point *x)
       int digit[TL_MAX_JOINTS] = {pattern % 3, pattern / 3};
       tl_status status;
       if ((!at_rest[0] && digit[0] != 0) || (!at_rest[1] && digit[1] != 0)) continue;
-      for (j = 0; j < p->joints; j++)
+      for (j = 0; j < TL_MAX_JOINTS; j++)
         if (at_rest[j]) mode[j] = choice[digit[j]];
       status = evaluate(p, mode, t, x);
       if (status != TL_OK) return status;
@@ -283,14 +272,12 @@ static tl_status settle(const plant *p, double t, tl_joint_mode *mode, point *x)
 
 /* ---- in time ------------------------------------------------------------------- */
 
-static int coulomb_is_unsupported(const tl_model *m)
-{
+static int coulomb_is_unsupported(const tl_model *m) {
   return m->form == TL_FORM_PAPER && (m->drive[0].coulomb_Nm > 0.0 || m->drive[1].coulomb_Nm > 0.0);
 }
 
 tl_status tl_simulation_init(tl_simulation *s, const tl_model *m, const double q[TL_MAX_JOINTS],
-                             const double v[TL_MAX_JOINTS])
-{
+                             const double v[TL_MAX_JOINTS]) {
   tl_simulation made;
   int j;
 
@@ -306,14 +293,12 @@ tl_status tl_simulation_init(tl_simulation *s, const tl_model *m, const double q
   return TL_OK;
 }
 
-static int is_sound(const point *x)
-{
+static int is_sound(const point *x) {
   return tl_is_finite(x->motion.q[0]) && tl_is_finite(x->motion.q[1]) && tl_is_finite(x->motion.v[0]) &&
          tl_is_finite(x->motion.v[1]) && tl_is_finite(x->work) && tl_is_finite(x->dissipated);
 }
 
-static void keep(tl_simulation *s, double t, const point *x)
-{
+static void keep(tl_simulation *s, double t, const point *x) {
   s->t_s = t;
   s->motion = x->motion;
   s->work_J = x->work;
@@ -321,8 +306,8 @@ static void keep(tl_simulation *s, double t, const point *x)
 }
 
 /* One step towards until_s, to the next change at most; *changed as first_change says. */
-static tl_status advance(const plant *p, double step_s, double until_s, tl_simulation *s, point *x, int *changed)
-{
+static tl_status advance(const plant *p, double step_s, double until_s, tl_simulation *s, point *x,
+                         int *changed) {
   double left = until_s - s->t_s, steps = floor(left / step_s + (1.0 - 1e-9)), h;
   attempt a = {.p = p, .mode = s->mode, .t = s->t_s, .begin = x};
   tl_status status;
@@ -340,12 +325,12 @@ static tl_status advance(const plant *p, double step_s, double until_s, tl_simul
   return TL_OK;
 }
 
-tl_status tl_simulate(const tl_model *m, tl_torque_law law, const void *context, double step_s, tl_simulation *s,
-                      double until_s)
-{
+tl_status tl_simulate(const tl_model *m, tl_torque_law law, const void *context, double step_s,
+                      tl_simulation *s, double until_s) {
   plant p = {m, law, context, 0};
   point x;
-  int changed = 1, changes = 0;
+  double last_change_s = -HUGE_VAL;
+  int changed, crowded = 0;
   tl_status status;
 
   if (!m || !law || !s || !(step_s > 0.0) || !(until_s >= s->t_s)) return TL_ERR_ARGUMENT;
@@ -361,7 +346,9 @@ tl_status tl_simulate(const tl_model *m, tl_torque_law law, const void *context,
     status = advance(&p, step_s, until_s, s, &x, &changed);
     if (status != TL_OK || !changed) continue;
     s->changes++;
-    status = ++changes > MAX_CHANGES ? TL_ERR_NO_CONVERGENCE : settle(&p, s->t_s, s->mode, &x);
+    crowded = s->t_s - last_change_s < CROWDED_S ? crowded + 1 : 0;
+    last_change_s = s->t_s;
+    status = crowded > MAX_CROWDED ? TL_ERR_NO_CONVERGENCE : settle(&p, s->t_s, s->mode, &x);
   }
   if (status == TL_OK) keep(s, until_s, &x);
   return status;

@@ -7,6 +7,9 @@
 
 /* Rotations of small matrices settle in 6 to 10 sweeps. */
 #define SWEEPS_MAX 60
+#define DOUBTFUL_MAX 8 /* sweeps for columns that may be nothing but rounding */
+
+enum { DOUBTFUL = 1, TURNED = 2 };
 
 /* dot product of columns p and q of a row-major m x n matrix */
 static double column_dot(const double *a, int m, int n, int p, int q) {
@@ -26,13 +29,16 @@ static void rotate_columns(double *a, int m, int n, int p, int q, double c, doub
   }
 }
 
-/* Make columns p and q orthogonal; 0 when they are so already. The smaller of
- * the two angles is taken: t = tan of it solves t^2 + 2 zeta t - 1 = 0. */
+/* Make columns p and q orthogonal; 0 when they are so already, TURNED, or DOUBTFUL: of a singular
+ * matrix rounding leaves columns without a direction, which turn for ever (its largest entry
+ * is about 1 here). The smaller of the two angles is taken: t = tan of it solves
+ * t^2 + 2 zeta t - 1 = 0. */
 static int orthogonalise(double *a, int m, int n, double *v, int p, int q) {
   double pp = column_dot(a, m, n, p, p);
   double qq = column_dot(a, m, n, q, q);
   double pq = column_dot(a, m, n, p, q);
-  if (fabs(pq) <= (double)m * 0x1p-52 * sqrt(pp) * sqrt(qq)) {
+  double least = (double)m * 0x1p-52;
+  if (fabs(pq) <= least * sqrt(pp) * sqrt(qq)) {
     return 0;
   }
   double zeta = (qq - pp) / (2.0 * pq);
@@ -40,17 +46,19 @@ static int orthogonalise(double *a, int m, int n, double *v, int p, int q) {
   double c = 1.0 / sqrt(1.0 + t * t);
   rotate_columns(a, m, n, p, q, c, c * t);
   rotate_columns(v, n, n, p, q, c, c * t);
-  return 1;
+  return pp <= least * least || qq <= least * least ? DOUBTFUL : TURNED;
 }
 
+/* the most that any pair needed */
 static int sweep(double *a, int m, int n, double *v) {
-  int rotations = 0;
+  int most = 0;
   for (int p = 0; p + 1 < n; p++) {
     for (int q = p + 1; q < n; q++) {
-      rotations += orthogonalise(a, m, n, v, p, q);
+      int done = orthogonalise(a, m, n, v, p, q);
+      most = done > most ? done : most;
     }
   }
-  return rotations;
+  return most;
 }
 
 /* The power of two next below the largest |a_i|, 0 for zeros, NaN when one is not finite. */
@@ -118,12 +126,13 @@ tl_status tl_svd(double *a, int m, int n, double *singular, double *v) {
   double unit = size > 0.0 ? size : 1.0;
   scale_all(a, m * n, 1.0 / unit);
   set_identity(v, n);
-  int left = 1;
-  for (int i = 0; i < SWEEPS_MAX && left > 0; i++) {
+  int left = TURNED, doubtful = 0;
+  for (int i = 0; i < SWEEPS_MAX && left > 0 && doubtful < DOUBTFUL_MAX; i++) {
     left = sweep(a, m, n, v);
+    doubtful += left == DOUBTFUL;
   }
   sort_columns(a, m, n, singular, v);
   scale_all(a, m * n, unit);
   scale_all(singular, n, unit);
-  return left > 0 ? TL_ERR_NO_CONVERGENCE : TL_OK;
+  return left == TURNED ? TL_ERR_NO_CONVERGENCE : TL_OK;
 }

@@ -23,7 +23,7 @@ def sources(*patterns):
 
 HEADERS = sources("include/talus/*.h")
 LIBRARY = sources("lib/*.c", "lib/*/*.c")
-PROGRAMS = sources("apps/*/*.c")
+PROGRAMS = sources("apps/*/*.c", "tests/programs/*.c")
 
 
 @pytest.fixture(scope="session")

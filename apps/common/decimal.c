@@ -77,8 +77,9 @@ static const char *read_decimal(const char *text, struct decimal *d) {
 #if FLT_EVAL_METHOD == 0
 /* way 1; 0 where it does not hold. Every power here is a double without error. */
 static int scale(uint64_t digits, int exponent, double *x) {
-  static const double power_of_ten[] = {1e0,  1e1,  1e2,  1e3,  1e4,  1e5,  1e6,  1e7,  1e8,  1e9,  1e10, 1e11,
-                                        1e12, 1e13, 1e14, 1e15, 1e16, 1e17, 1e18, 1e19, 1e20, 1e21, 1e22};
+  static const double power_of_ten[] = {1e0,  1e1,  1e2,  1e3,  1e4,  1e5,  1e6,  1e7,
+                                        1e8,  1e9,  1e10, 1e11, 1e12, 1e13, 1e14, 1e15,
+                                        1e16, 1e17, 1e18, 1e19, 1e20, 1e21, 1e22};
   if (digits > (uint64_t)1 << 53 || exponent < -22 || exponent > 22) return 0;
   const double whole = (double)(int64_t)digits;
   *x = exponent < 0 ? whole / power_of_ten[-exponent] : whole * power_of_ten[exponent];
@@ -95,11 +96,33 @@ static int scale(uint64_t digits, int exponent, double *x) {
 __extension__ typedef unsigned __int128 uint128;
 
 static const uint64_t power_of_five[28] = {
-    1u, 5u, 25u, 125u, 625u, 3125u, 15625u, 78125u, 390625u, 1953125u, 9765625u, 48828125u, 244140625u,
-    1220703125u, UINT64_C(6103515625), UINT64_C(30517578125), UINT64_C(152587890625),
-    UINT64_C(762939453125), UINT64_C(3814697265625), UINT64_C(19073486328125), UINT64_C(95367431640625),
-    UINT64_C(476837158203125), UINT64_C(2384185791015625), UINT64_C(11920928955078125),
-    UINT64_C(59604644775390625), UINT64_C(298023223876953125), UINT64_C(1490116119384765625),
+    1u,
+    5u,
+    25u,
+    125u,
+    625u,
+    3125u,
+    15625u,
+    78125u,
+    390625u,
+    1953125u,
+    9765625u,
+    48828125u,
+    244140625u,
+    1220703125u,
+    UINT64_C(6103515625),
+    UINT64_C(30517578125),
+    UINT64_C(152587890625),
+    UINT64_C(762939453125),
+    UINT64_C(3814697265625),
+    UINT64_C(19073486328125),
+    UINT64_C(95367431640625),
+    UINT64_C(476837158203125),
+    UINT64_C(2384185791015625),
+    UINT64_C(11920928955078125),
+    UINT64_C(59604644775390625),
+    UINT64_C(298023223876953125),
+    UINT64_C(1490116119384765625),
     UINT64_C(7450580596923828125),
 };
 
@@ -266,7 +289,8 @@ enum decimal_status decimal_parse_padded(const char *text, double *x, const char
   c += places;
   const int digits = places + (whole.value ? whole.count : 0);
   double size;
-  if (digits > 19 || (*c | 0x20) == 'e' || !round_exactly(value, -places, &size)) return decimal_parse(text, x, end);
+  if (digits > 19 || (*c | 0x20) == 'e' || !round_exactly(value, -places, &size))
+    return decimal_parse(text, x, end);
   *x = with_sign(size, negative);
   *end = c;
   return DECIMAL_OK;

@@ -6,7 +6,7 @@
  *     if (model_file_read(path, &model, &error) != 0) return app_exit(&error);
  *
  * The text says where (file and line, or column), what, and what was expected;
- * it is always a single line of printable text, whatever bytes a bad file held.
+ * it is always a single line of printable UTF-8, whatever bytes a bad file held.
  */
 #ifndef APP_ERROR_H
 #define APP_ERROR_H
@@ -44,8 +44,8 @@ int app_exit(const struct app_error *e);
 /* Prints "NAME: note: ..." to standard error: something a user should know, no failure. */
 void app_note(const char *format, ...) APP_PRINTF(1, 2);
 
-/* Copies n bytes of foreign text into out[size], quoted pieces of a message: control
- * characters become '?', and what does not fit is cut with "...". Returns `out`. */
+/* Copies n bytes of foreign text, a piece of a message, into out[size]: what is no printable
+ * UTF-8 becomes '?', and what does not fit is cut with "...". Returns `out`. */
 const char *app_printable(char *out, size_t size, const char *text, size_t n);
 
 #endif

@@ -12,17 +12,19 @@ void json_set_number(json_t *object, const char *key, double x) {
   json_object_set_new(object, key, json_number(x));
 }
 
-/* text that is no UTF-8, such as an odd file name, as '?' for each foreign byte */
+/* text that is no UTF-8, such as an odd file name */
 static json_t *foreign_string(const char *text) {
-  char plain[1024];
-  size_t n = 0;
-  for (; text[n] && n + 1 < sizeof plain; n++) plain[n] = (unsigned char)text[n] < 0x80 ? text[n] : '?';
-  return json_stringn(plain, n);
+  char printable[1024];
+  return json_string(app_printable(printable, sizeof printable, text, strlen(text)));
+}
+
+json_t *json_text(const char *text) {
+  json_t *string = json_string(text);
+  return string ? string : foreign_string(text);
 }
 
 void json_set_text(json_t *object, const char *key, const char *text) {
-  json_t *string = json_string(text);
-  json_object_set_new(object, key, string ? string : foreign_string(text));
+  json_object_set_new(object, key, json_text(text));
 }
 
 json_t *json_numbers(const double *x, size_t n) {
@@ -60,6 +62,6 @@ static int write_escaped(const char *text, size_t n, void *out) {
   return 0;
 }
 
-void json_write_embedded(struct output *out, const json_t *root, int digits) {
+void json_write_embedded(struct output *out, const json_t *root, size_t digits) {
   json_dump_callback(root, write_escaped, out, JSON_COMPACT | JSON_REAL_PRECISION(digits));
 }

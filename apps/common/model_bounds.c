@@ -18,20 +18,22 @@ static int check(struct yaml_file *yaml, const yaml_node_t *node, const struct m
                  struct app_error *error) {
   int n;
   double value[TL_MAX_PARAMETERS];
-  const double lower = file->lower[i], upper = file->upper[i], physical = tl_parameters(&file->model, &n)[i].lower;
+  const double lower = file->lower[i], upper = file->upper[i],
+               physical = tl_parameters(&file->model, &n)[i].lower;
   tl_parameters_get(&file->model, value);
   if (lower > upper)
     return yaml_fail(yaml, node, error, "the lower bound %.15g is above the upper bound %.15g", lower, upper);
   if (lower < physical)
-    return yaml_fail(yaml, node, error, "the lower bound %.15g is below the physical limit %.15g", lower, physical);
+    return yaml_fail(yaml, node, error, "the lower bound %.15g is below the physical limit %.15g", lower,
+                     physical);
   if (value[i] < lower || value[i] > upper)
-    return yaml_fail(yaml, node, error, "the model's own value %.15g lies outside of [%.15g, %.15g]", value[i], lower,
-                     upper);
+    return yaml_fail(yaml, node, error, "the model's own value %.15g lies outside of [%.15g, %.15g]",
+                     value[i], lower, upper);
   return 0;
 }
 
-static int read_bound(struct yaml_file *yaml, const yaml_node_t *key, yaml_node_t *value, struct model_file *file,
-                      struct app_error *error) {
+static int read_bound(struct yaml_file *yaml, const yaml_node_t *key, yaml_node_t *value,
+                      struct model_file *file, struct app_error *error) {
   static const struct yaml_entry pair = {.read = yaml_read_numbers, .length = 2};
   double bound[2];
   const char *name = yaml_text(yaml, key, error);
@@ -53,8 +55,10 @@ int model_read_bounds(struct yaml_file *yaml, struct model_draft *draft, struct 
   const yaml_node_t *map = draft->bounds;
   if (!map) return 0;
   const size_t before = yaml_key_enter(yaml, "bounds");
-  if (map->type != YAML_MAPPING_NODE) return yaml_fail(yaml, map, error, "expected a mapping of key: [lower, upper]");
-  for (const yaml_node_pair_t *pair = map->data.mapping.pairs.start; pair < map->data.mapping.pairs.top; pair++) {
+  if (map->type != YAML_MAPPING_NODE)
+    return yaml_fail(yaml, map, error, "expected a mapping of key: [lower, upper]");
+  for (const yaml_node_pair_t *pair = map->data.mapping.pairs.start; pair < map->data.mapping.pairs.top;
+       pair++) {
     const yaml_node_t *key = yaml_document_get_node(&yaml->document, pair->key);
     yaml_node_t *value = yaml_document_get_node(&yaml->document, pair->value);
     if (read_bound(yaml, key, value, &draft->file, error) != 0) return -1;

@@ -46,6 +46,7 @@ int model_file_read(const char *path, struct model_file *file, struct app_error 
 
 /* Writes atomically (output.h), keys in the order of the examples. `comment` becomes the first
  * lines, one '#' before each; Nullable: comment. 0, or -1 with status 1. */
-int model_file_write(const char *path, const struct model_file *file, const char *comment, struct app_error *error);
+int model_file_write(const char *path, const struct model_file *file, const char *comment,
+                     struct app_error *error);
 
 #endif

@@ -7,17 +7,20 @@
 #include "talus/filter.h"
 
 #define PLACE(member) offsetof(struct model_draft, file.member)
-#define NUMBER(name, member, limits) \
-  {.key = name, .required = 1, .read = yaml_read_number, .offset = PLACE(member), .range = limits}
-#define OPTIONAL(name, member, limits) \
-  {.key = name, .read = yaml_read_number, .offset = PLACE(member), .range = limits}
-#define SECTION(name, table) \
-  {.key = name, .required = 1, .read = yaml_read_section, .map = table, .entries = sizeof table / sizeof table[0]}
-#define TRANSMISSION(index) \
-  {.key = "transmission", \
-   .required = 1, \
-   .read = model_read_transmission, \
-   .offset = PLACE(model.drive[index].transmission)}
+#define NUMBER(name, member, limits)                                                                         \
+  { .key = name, .required = 1, .read = yaml_read_number, .offset = PLACE(member), .range = limits }
+#define OPTIONAL(name, member, limits)                                                                       \
+  { .key = name, .read = yaml_read_number, .offset = PLACE(member), .range = limits }
+#define SECTION(name, table)                                                                                 \
+  {                                                                                                          \
+    .key = name, .required = 1, .read = yaml_read_section, .map = table,                                     \
+    .entries = sizeof table / sizeof table[0]                                                                \
+  }
+#define TRANSMISSION(index)                                                                                  \
+  {                                                                                                          \
+    .key = "transmission", .required = 1, .read = model_read_transmission,                                   \
+    .offset = PLACE(model.drive[index].transmission)                                                         \
+  }
 
 /* ---- what every plant may have ----------------------------------------------- */
 
@@ -48,7 +51,11 @@ static int read_form(struct yaml_file *yaml, yaml_node_t *node, const struct yam
 
 static const struct yaml_entry score_keys[] = {
     OPTIONAL("lowpass_hz", score.lowpass_hz, YAML_POSITIVE),
-    {.key = "order", .read = yaml_read_whole, .offset = PLACE(score.order), .low = 1, .high = TL_LOWPASS_MAX_ORDER},
+    {.key = "order",
+     .read = yaml_read_whole,
+     .offset = PLACE(score.order),
+     .low = 1,
+     .high = TL_LOWPASS_MAX_ORDER},
     OPTIONAL("standstill", score.standstill, YAML_NOT_NEGATIVE),
     OPTIONAL("guard_s", score.guard_s, YAML_NOT_NEGATIVE),
     OPTIONAL("trim_s", score.trim_s, YAML_NOT_NEGATIVE),
@@ -70,15 +77,15 @@ static const struct yaml_entry signal_keys[] = {
     NUMBER("window_s", window.length_s, YAML_POSITIVE),
 };
 
-static int read_signal(struct yaml_file *yaml, yaml_node_t *node, const struct yaml_entry *entry, void *target,
-                       struct app_error *error) {
+static int read_signal(struct yaml_file *yaml, yaml_node_t *node, const struct yaml_entry *entry,
+                       void *target, struct app_error *error) {
   ((struct model_draft *)target)->file.has_window = 1;
   return yaml_read_section(yaml, node, entry, target, error);
 }
 
 /* an empty list; the first effect of any other is named */
-static int read_effects(struct yaml_file *yaml, yaml_node_t *node, const struct yaml_entry *entry, void *target,
-                        struct app_error *error) {
+static int read_effects(struct yaml_file *yaml, yaml_node_t *node, const struct yaml_entry *entry,
+                        void *target, struct app_error *error) {
   char name[48] = "?";
   (void)entry, (void)target;
   if (node->type != YAML_SEQUENCE_NODE) return yaml_fail(yaml, node, error, "expected a list of effects");
@@ -90,15 +97,19 @@ static int read_effects(struct yaml_file *yaml, yaml_node_t *node, const struct 
   return yaml_fail(yaml, id, error, "the effect '%s' is not known to this version", name);
 }
 
-#define COMMON_KEYS \
-  {.key = "form", .read = read_form}, \
-      {.key = "score", .read = read_score, .map = score_keys, .entries = sizeof score_keys / sizeof score_keys[0]}, \
-      {.key = "signal", .read = read_signal, .map = signal_keys, .entries = 2}, \
-      {.key = "bounds", .read = yaml_read_later, .offset = offsetof(struct model_draft, bounds)}, \
-      {.key = "effects", .read = read_effects}
+#define COMMON_KEYS                                                                                          \
+  {.key = "form", .read = read_form},                                                                        \
+      {.key = "score",                                                                                       \
+       .read = read_score,                                                                                   \
+       .map = score_keys,                                                                                    \
+       .entries = sizeof score_keys / sizeof score_keys[0]},                                                 \
+      {.key = "signal", .read = read_signal, .map = signal_keys, .entries = 2},                              \
+      {.key = "bounds", .read = yaml_read_later, .offset = offsetof(struct model_draft, bounds)}, {          \
+    .key = "effects", .read = read_effects                                                                   \
+  }
 
-#define PLANT_KEY \
-  {.key = "plant", .required = 1, .read = read_name, .offset = offsetof(struct model_draft, plant)}
+#define PLANT_KEY                                                                                            \
+  { .key = "plant", .required = 1, .read = read_name, .offset = offsetof(struct model_draft, plant) }
 
 /* ---- leg ----------------------------------------------------------------------- */
 
@@ -120,8 +131,8 @@ static const struct yaml_entry ankle_motor_keys[] = {
     NUMBER("com_m", model.ankle_motor_com_m, YAML_NOT_NEGATIVE),
 };
 
-#define FRICTION_KEYS(index) \
-  NUMBER("coulomb_Nm", model.drive[index].coulomb_Nm, YAML_NOT_NEGATIVE), \
+#define FRICTION_KEYS(index)                                                                                 \
+  NUMBER("coulomb_Nm", model.drive[index].coulomb_Nm, YAML_NOT_NEGATIVE),                                    \
       NUMBER("viscous_Nms_rad", model.drive[index].viscous_Nms_rad, YAML_NOT_NEGATIVE)
 
 static const struct yaml_entry friction_0_keys[] = {FRICTION_KEYS(0)};

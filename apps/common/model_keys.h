@@ -7,7 +7,7 @@
 
 /* A model file while it is read. */
 struct model_draft {
-  struct model_file file; /* offsets of the tables count from the draft, where this stands first */
+  struct model_file file;   /* offsets of the tables count from the draft, where this stands first */
   const char *plant, *form; /* as written, checked afterwards */
   yaml_node_t *bounds;
 };
@@ -21,7 +21,7 @@ int model_key_offset(tl_plant plant, const char *dotted, size_t *offset);
 /* Reads draft->bounds, once everything else is in place. */
 int model_read_bounds(struct yaml_file *yaml, struct model_draft *draft, struct app_error *error);
 /* Reads a transmission's mapping into the tl_transmission at the entry's offset. */
-int model_read_transmission(struct yaml_file *yaml, yaml_node_t *node, const struct yaml_entry *entry, void *target,
-                            struct app_error *error);
+int model_read_transmission(struct yaml_file *yaml, yaml_node_t *node, const struct yaml_entry *entry,
+                            void *target, struct app_error *error);
 
 #endif

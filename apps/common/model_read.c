@@ -19,7 +19,7 @@ static int read_plant(struct yaml_file *yaml, tl_plant *plant, struct app_error 
 }
 
 static int read_model(struct yaml_file *yaml, struct model_draft *draft, struct app_error *error) {
-  tl_plant plant;
+  tl_plant plant = TL_PLANT_LEG;
   size_t entries;
   if (read_plant(yaml, &plant, error) != 0) return -1;
   if (tl_model_init(&draft->file.model, plant) != TL_OK) return app_fail(error, APP_FAILED, "unknown plant");

@@ -13,9 +13,10 @@ struct dimensions {
 };
 
 #define PLACE(member) offsetof(struct dimensions, member)
-#define NUMBER(name, member, limits) \
-  {.key = name, .required = 1, .read = yaml_read_number, .offset = PLACE(member), .range = limits}
-#define TYPE {.key = "type", .required = 1, .read = read_type, .offset = PLACE(type)}
+#define NUMBER(name, member, limits)                                                                         \
+  { .key = name, .required = 1, .read = yaml_read_number, .offset = PLACE(member), .range = limits }
+#define TYPE                                                                                                 \
+  { .key = "type", .required = 1, .read = read_type, .offset = PLACE(type) }
 
 static int read_type(struct yaml_file *yaml, yaml_node_t *node, const struct yaml_entry *entry, void *target,
                      struct app_error *error) {
@@ -39,8 +40,16 @@ static const struct yaml_entry linkage_keys[] = {
 static const struct yaml_entry fourier_keys[] = {
     TYPE,
     NUMBER("omega", fourier.omega, YAML_POSITIVE),
-    {.key = "a", .required = 1, .read = yaml_read_numbers, .offset = PLACE(fourier.a), .length = TL_FOURIER_ORDER + 1},
-    {.key = "b", .required = 1, .read = yaml_read_numbers, .offset = PLACE(fourier.b), .length = TL_FOURIER_ORDER},
+    {.key = "a",
+     .required = 1,
+     .read = yaml_read_numbers,
+     .offset = PLACE(fourier.a),
+     .length = TL_FOURIER_ORDER + 1},
+    {.key = "b",
+     .required = 1,
+     .read = yaml_read_numbers,
+     .offset = PLACE(fourier.b),
+     .length = TL_FOURIER_ORDER},
 };
 
 static tl_status make_fixed(tl_transmission *t, const struct dimensions *d) {
@@ -74,23 +83,29 @@ static const struct kind *find_kind(const char *name) {
   return NULL;
 }
 
-int model_read_transmission(struct yaml_file *yaml, yaml_node_t *node, const struct yaml_entry *entry, void *target,
-                            struct app_error *error) {
+/* the kind comes first, wherever it stands: it decides which keys there are */
+static const struct kind *read_kind(struct yaml_file *yaml, const yaml_node_t *map, struct app_error *error) {
+  const yaml_node_t *type = yaml_find(yaml, map, "type");
+  const size_t before = yaml_key_enter(yaml, "type");
+  const struct kind *kind = NULL;
+  const char *name = NULL;
+  if (!type)
+    yaml_fail(yaml, map, error, "missing key");
+  else if ((name = yaml_text(yaml, type, error)) != NULL && (kind = find_kind(name)) == NULL)
+    yaml_fail(yaml, type, error, "expected fixed, screw_linkage or fourier, found '%.40s'", name);
+  yaml_key_leave(yaml, before);
+  return kind;
+}
+
+int model_read_transmission(struct yaml_file *yaml, yaml_node_t *node, const struct yaml_entry *entry,
+                            void *target, struct app_error *error) {
   struct dimensions d;
   tl_transmission transmission;
-  const yaml_node_t *type = yaml_find(yaml, node, "type");
-  if (node->type != YAML_MAPPING_NODE) return yaml_fail(yaml, node, error, "expected a mapping {type: ..., ...}");
-  if (!type) {
-    yaml_key_enter(yaml, "type");
-    return yaml_fail(yaml, node, error, "missing key");
-  }
-  const char *name = yaml_text(yaml, type, error);
-  const struct kind *kind = name ? find_kind(name) : NULL;
-  if (!name) return -1;
-  if (!kind)
-    return yaml_fail(yaml, type, error, "unknown type '%.40s', expected fixed, screw_linkage or fourier", name);
+  if (node->type != YAML_MAPPING_NODE)
+    return yaml_fail(yaml, node, error, "expected a mapping {type: ..., ...}");
+  const struct kind *kind = read_kind(yaml, node, error);
   memset(&d, 0, sizeof d);
-  if (yaml_read_map(yaml, node, kind->keys, kind->n, &d, error) != 0) return -1;
+  if (!kind || yaml_read_map(yaml, node, kind->keys, kind->n, &d, error) != 0) return -1;
   if (kind->make(&transmission, &d) != TL_OK) return yaml_fail(yaml, node, error, "%s", kind->fault);
   memcpy((char *)target + entry->offset, &transmission, sizeof transmission);
   return 0;

@@ -145,7 +145,8 @@ static int check(const struct model_file *file, struct app_error *error) {
   return 0;
 }
 
-int model_file_write(const char *path, const struct model_file *file, const char *comment, struct app_error *error) {
+int model_file_write(const char *path, const struct model_file *file, const char *comment,
+                     struct app_error *error) {
   const tl_model *m = &file->model;
   if (check(file, error) != 0) return -1;
   struct output *out = output_open(path, error);

@@ -37,11 +37,12 @@ static int reads_back(const char *text, double x) {
 
 size_t number_exact(char text[NUMBER_TEXT], double x) {
   size_t n = number_rounded(text, x);
-  for (int digits = 15; digits <= 17 && isfinite(x) && !reads_back(text, x); digits++) n = print(text, x, digits);
+  for (int digits = 15; digits <= 17 && isfinite(x) && !reads_back(text, x); digits++)
+    n = print(text, x, digits);
   return n;
 }
 
-static const double power_of_ten[] = {1e0, 1e1, 1e2,  1e3,  1e4,  1e5,  1e6,  1e7,  1e8,
+static const double power_of_ten[] = {1e0, 1e1,  1e2,  1e3,  1e4,  1e5,  1e6,  1e7, 1e8,
                                       1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15, 1e16};
 
 /* the decimal exponent of x in [1e-5, 1e12) */
@@ -85,7 +86,7 @@ size_t number_rounded(char text[NUMBER_TEXT], double x) {
   uint64_t m = (uint64_t)(size * power_of_ten[DIGITS - 1 - exponent] + 0.5);
   if (m >= (uint64_t)power_of_ten[DIGITS]) {
     m /= 10;
-    exponent++;
+    if (++exponent == DIGITS) return print(text, x, DIGITS);
   }
   const size_t sign = x < 0.0;
   text[0] = '-';

@@ -175,7 +175,8 @@ static int finish(struct output *out) {
 
 int output_commit(struct output *out, struct app_error *error) {
   const int failure = finish(out);
-  const int result = failure ? app_fail(error, APP_FAILED, "%s: cannot be written: %s", out->path, strerror(failure)) : 0;
+  const int result =
+      failure ? app_fail(error, APP_FAILED, "%s: cannot be written: %s", out->path, strerror(failure)) : 0;
   destroy(out);
   return result;
 }

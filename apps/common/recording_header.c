@@ -49,7 +49,8 @@ static int find_channel(struct field name, uint32_t known) {
   const size_t length = (size_t)(name.end - name.begin);
   for (int c = 0; c < TL_CHANNEL_COUNT; c++) {
     const char *candidate = tl_channel_name((tl_channel)c);
-    if ((known & TL_CHANNEL_BIT(c)) && strlen(candidate) == length && memcmp(candidate, name.begin, length) == 0)
+    if ((known & TL_CHANNEL_BIT(c)) && strlen(candidate) == length &&
+        memcmp(candidate, name.begin, length) == 0)
       return c;
   }
   return -1;
@@ -59,7 +60,8 @@ static int find_channel(struct field name, uint32_t known) {
 static int add_column(struct layout *layout, struct field name, uint32_t known, size_t line,
                       struct name_list *unknown, struct app_error *error) {
   if (layout->fields == LAYOUT_MAX_FIELDS)
-    return app_fail(error, APP_BAD_INPUT, "%s:%zu: more than %d columns", layout->path, line, LAYOUT_MAX_FIELDS);
+    return app_fail(error, APP_BAD_INPUT, "%s:%zu: more than %d columns", layout->path, line,
+                    LAYOUT_MAX_FIELDS);
   const int channel = find_channel(name, known);
   layout->slot[layout->fields++] = -1;
   if (channel < 0) {
@@ -88,16 +90,16 @@ static int check_complete(const struct layout *layout, const tl_channel_set *set
       list_add(&missing, ", ", choice.text);
     }
   if (!missing.used) return 0;
-  return app_fail(error, APP_BAD_INPUT, "%s:%zu: missing column: %s (a %s's recording needs it)", layout->path, line,
-                  missing.text, plant_name(layout->plant));
+  return app_fail(error, APP_BAD_INPUT, "%s:%zu: missing column: %s (a %s's recording needs it)",
+                  layout->path, line, missing.text, plant_name(layout->plant));
 }
 
 static int refuse_binary(const struct layout *layout, const char *c, const char *end, size_t line,
                          struct app_error *error) {
   for (; c < end; c++)
     if ((unsigned char)*c < 0x20 && *c != '\t')
-      return app_fail(error, APP_BAD_INPUT, "%s:%zu: not text: byte 0x%02x in the header line", layout->path, line,
-                      (unsigned)*c);
+      return app_fail(error, APP_BAD_INPUT, "%s:%zu: not text: byte 0x%02x in the header line", layout->path,
+                      line, (unsigned)*c);
   return 0;
 }
 

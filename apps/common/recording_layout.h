@@ -18,11 +18,11 @@ struct field {
 struct layout {
   const char *path;
   tl_plant plant;
-  size_t fields;                      /* of each line */
-  int8_t slot[LAYOUT_MAX_FIELDS];     /* a field's place in a row, -1 where it is not read */
-  int8_t slot_of[TL_CHANNEL_COUNT];   /* a channel's place in a row, -1 where it is missing */
+  size_t fields;                        /* of each line */
+  int8_t slot[LAYOUT_MAX_FIELDS];       /* a field's place in a row, -1 where it is not read */
+  int8_t slot_of[TL_CHANNEL_COUNT];     /* a channel's place in a row, -1 where it is missing */
   tl_channel channel[TL_CHANNEL_COUNT]; /* of each place */
-  size_t width;                       /* places in a row */
+  size_t width;                         /* places in a row */
 };
 
 /* The field that begins at `c`; it ends at a comma or at `line_end`, and *next is that place. */

@@ -55,18 +55,18 @@ struct worker {
 static int check_valid(const struct parser *p, const double *row, struct app_error *error) {
   const int slot = p->recording->layout.slot_of[TL_CHANNEL_VALID];
   if (slot < 0 || row[slot] == 0.0 || row[slot] == 1.0) return 0;
-  return app_fail(error, APP_BAD_INPUT, "%s:%zu: valid: %g, expected 0 or 1", p->recording->layout.path, p->line,
-                  row[slot]);
+  return app_fail(error, APP_BAD_INPUT, "%s:%zu: valid: %g, expected 0 or 1", p->recording->layout.path,
+                  p->line, row[slot]);
 }
 
 static int check_time(const struct parser *p, double t_s, struct app_error *error) {
   const struct recording *r = p->recording;
   if (r->rows == 0 || t_s > r->last_s) return 0;
   if (t_s == r->last_s)
-    return app_fail(error, APP_BAD_INPUT, "%s:%zu: time_s stands still at %.15g, it must rise", r->layout.path, p->line,
-                    t_s);
-  return app_fail(error, APP_BAD_INPUT, "%s:%zu: time_s runs back from %.15g to %.15g, it must rise", r->layout.path,
-                  p->line, r->last_s, t_s);
+    return app_fail(error, APP_BAD_INPUT, "%s:%zu: time_s stands still at %.15g, it must rise",
+                    r->layout.path, p->line, t_s);
+  return app_fail(error, APP_BAD_INPUT, "%s:%zu: time_s runs back from %.15g to %.15g, it must rise",
+                  r->layout.path, p->line, r->last_s, t_s);
 }
 
 /* a row becomes the next sample */
@@ -97,7 +97,8 @@ static int is_blank_line(const char *c, const char *end) {
 }
 
 /* any line [line, newline); `cut`: the file ends here and should not */
-static int read_line(struct worker *w, const char *line, const char *newline, int cut, struct app_error *error) {
+static int read_line(struct worker *w, const char *line, const char *newline, int cut,
+                     struct app_error *error) {
   struct parser *p = w->parser;
   const struct layout *layout = &p->recording->layout;
   const char *end = newline > line && newline[-1] == '\r' ? newline - 1 : newline;
@@ -108,7 +109,8 @@ static int read_line(struct worker *w, const char *line, const char *newline, in
   }
   if (!p->in_samples) return read_header(p, line, end, error);
   if (p->blank_line)
-    return app_fail(error, APP_BAD_INPUT, "%s:%zu: a blank line amid the samples", layout->path, p->blank_line);
+    return app_fail(error, APP_BAD_INPUT, "%s:%zu: a blank line amid the samples", layout->path,
+                    p->blank_line);
   double *row = w->row + w->rows * layout->width;
   if (layout_row_strict(layout, line, end, p->line, cut, row, error) != 0) return -1;
   w->rows++;
@@ -137,8 +139,8 @@ static int add_block(struct worker *w, const char *c, struct app_error *error) {
     return app_fail(error, APP_BAD_INPUT, "%s:%zu: a blank line amid the samples", p->recording->layout.path,
                     p->blank_line);
   if (w->block.endless)
-    return app_fail(error, APP_BAD_INPUT, "%s:%zu: longer than %d bytes, not a line of text", p->recording->layout.path,
-                    p->line, TEXT_BLOCK);
+    return app_fail(error, APP_BAD_INPUT, "%s:%zu: longer than %d bytes, not a line of text",
+                    p->recording->layout.path, p->line, TEXT_BLOCK);
   for (size_t i = 0; i < w->rows; i++, p->line++)
     if (add_sample(p, w->row + i * p->recording->layout.width, error) != 0) return -1;
   for (; c < end; p->line++) {
@@ -258,11 +260,14 @@ static int check_length(const struct parser *p, struct app_error *error) {
   const struct recording *r = p->recording;
   const char *path = r->layout.path;
   if (p->line == 1) return app_fail(error, APP_BAD_INPUT, "%s: the file is empty", path);
-  if (!p->in_samples) return app_fail(error, APP_BAD_INPUT, "%s: no header line in %zu lines", path, p->line - 1);
+  if (!p->in_samples)
+    return app_fail(error, APP_BAD_INPUT, "%s: no header line in %zu lines", path, p->line - 1);
   if (r->rows < RECORDING_MIN_ROWS)
-    return app_fail(error, APP_BAD_INPUT, "%s: %zu samples, expected at least %d", path, r->rows, RECORDING_MIN_ROWS);
+    return app_fail(error, APP_BAD_INPUT, "%s: %zu samples, expected at least %d", path, r->rows,
+                    RECORDING_MIN_ROWS);
   if (p->unterminated)
-    app_note("%s: the last line has no newline; if the file was cut there, its last number may be wrong", path);
+    app_note("%s: the last line has no newline; if the file was cut there, its last number may be wrong",
+             path);
   return 0;
 }
 

@@ -31,21 +31,25 @@ static int read_field(const struct layout *layout, struct field field, int slot,
   const char *end, *name = tl_channel_name(layout->channel[slot]);
   const size_t length = (size_t)(field.end - field.begin);
   if (length == 0)
-    return app_fail(error, APP_BAD_INPUT, "%s:%zu: %s: the field is empty, expected a number", layout->path, line, name);
+    return app_fail(error, APP_BAD_INPUT, "%s:%zu: %s: the field is empty, expected a number", layout->path,
+                    line, name);
   const enum decimal_status status = decimal_parse(field.begin, x, &end);
   if (status == DECIMAL_OK && end == field.end) return 0;
   app_printable(text, sizeof text, field.begin, length);
   if (status == DECIMAL_NOT_FINITE && end == field.end)
-    return app_fail(error, APP_BAD_INPUT, "%s:%zu: %s: '%s' is not a finite number", layout->path, line, name, text);
+    return app_fail(error, APP_BAD_INPUT, "%s:%zu: %s: '%s' is not a finite number", layout->path, line, name,
+                    text);
   return app_fail(error, APP_BAD_INPUT, "%s:%zu: %s: '%s' is not a number", layout->path, line, name, text);
 }
 
-static int wrong_count(const struct layout *layout, size_t found, size_t line, int cut, struct app_error *error) {
+static int wrong_count(const struct layout *layout, size_t found, size_t line, int cut,
+                       struct app_error *error) {
   if (cut && found < layout->fields)
-    return app_fail(error, APP_BAD_INPUT, "%s:%zu: truncated: the file ends within this line (%zu of %zu fields)",
-                    layout->path, line, found, layout->fields);
-  return app_fail(error, APP_BAD_INPUT, "%s:%zu: %zu fields, expected %zu as in the header", layout->path, line,
-                  found, layout->fields);
+    return app_fail(error, APP_BAD_INPUT,
+                    "%s:%zu: truncated: the file ends within this line (%zu of %zu fields)", layout->path,
+                    line, found, layout->fields);
+  return app_fail(error, APP_BAD_INPUT, "%s:%zu: %zu fields, expected %zu as in the header", layout->path,
+                  line, found, layout->fields);
 }
 
 int layout_row_strict(const struct layout *layout, const char *c, const char *end, size_t line, int cut,

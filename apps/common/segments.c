@@ -14,8 +14,7 @@ struct scan {
   int last_valid;
 };
 
-static int append(struct scan *scan, size_t end, struct app_error *error)
-{
+static int append(struct scan *scan, size_t end, struct app_error *error) {
   struct segments *out = scan->out;
 
   if (!scan->last_valid || end - scan->begin < TL_SEGMENT_MIN_ROWS) return 0;
@@ -30,9 +29,8 @@ static int append(struct scan *scan, size_t end, struct app_error *error)
   return 0;
 }
 
-static int scan_chunk(struct scan *scan, size_t row, size_t n, const double *t_s, const uint8_t *valid, double step_s,
-                      struct app_error *error)
-{
+static int scan_chunk(struct scan *scan, size_t row, size_t n, const double *t_s, const uint8_t *valid,
+                      double step_s, struct app_error *error) {
   for (size_t i = 0; i < n; i++) {
     if (row + i > 0 && tl_segment_cut(scan->last_s, t_s[i], scan->last_valid, valid[i], step_s)) {
       if (append(scan, row + i, error) != 0) return -1;
@@ -44,8 +42,7 @@ static int scan_chunk(struct scan *scan, size_t row, size_t n, const double *t_s
   return 0;
 }
 
-int segments_find(struct recording *recording, struct segments *out, struct app_error *error)
-{
+int segments_find(struct recording *recording, struct segments *out, struct app_error *error) {
   double t_s[CHUNK], *column[TL_CHANNEL_COUNT] = {NULL};
   uint8_t valid[CHUNK];
   size_t rows = recording_rows(recording), row, n;
@@ -61,8 +58,7 @@ int segments_find(struct recording *recording, struct segments *out, struct app_
   return append(&scan, rows, error);
 }
 
-void segments_free(struct segments *segments)
-{
+void segments_free(struct segments *segments) {
   free(segments->segment);
   *segments = (struct segments){NULL, 0};
 }

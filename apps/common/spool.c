@@ -13,7 +13,7 @@
 struct spool {
   int fd;
   size_t width;
-  size_t capacity; /* rows that the buffer holds */
+  size_t capacity;    /* rows that the buffer holds */
   size_t first, held; /* rows [first, first + held) of the file stand in it */
   char folder[512];
   double buffer[SPOOL_BUFFER];
@@ -32,8 +32,9 @@ static int open_unnamed(const char *folder) {
 static int open_anywhere(struct spool *spool, struct app_error *error) {
   const char *const folders[] = {getenv("TMPDIR"), "/var/tmp", "/tmp"};
   for (size_t i = 0; i < sizeof folders / sizeof folders[0]; i++) {
-    if (!folders[i] || !folders[i][0] || strlen(folders[i]) >= sizeof spool->folder) continue;
-    strcpy(spool->folder, folders[i]);
+    const size_t length = folders[i] ? strlen(folders[i]) : 0;
+    if (length == 0 || length >= sizeof spool->folder) continue;
+    memcpy(spool->folder, folders[i], length + 1);
     spool->fd = open_unnamed(folders[i]);
     if (spool->fd >= 0) return 0;
   }
@@ -71,7 +72,8 @@ int spool_write(const struct spool *spool, size_t at, const double *row, size_t 
     const ssize_t done = pwrite(spool->fd, byte, left, offset);
     if (done < 0 && errno == EINTR) continue;
     if (done <= 0)
-      return app_fail(error, APP_FAILED, "cannot write a temporary file in %s: %s", spool->folder, strerror(errno));
+      return app_fail(error, APP_FAILED, "cannot write a temporary file in %s: %s", spool->folder,
+                      strerror(errno));
     byte += done;
     left -= (size_t)done;
     offset += done;

@@ -7,9 +7,9 @@
 
 #include "segments.h"
 
-#define PART_ROWS 4096   /* rows that are a block's own */
-#define LEAST_ROWS 64    /* a block is not smaller, where the segment allows */
-#define SAMPLES 8        /* places of a recording that its sensing may be measured at */
+#define PART_ROWS 4096 /* rows that are a block's own */
+#define LEAST_ROWS 64  /* a block is not smaller, where the segment allows */
+#define SAMPLES 8      /* places of a recording that its sensing may be measured at */
 #define SAMPLE_ROWS 4096
 
 struct stream {
@@ -29,8 +29,7 @@ struct stream {
 /* ---- memory ---------------------------------------------------------------- */
 
 /* which channels the regression reads */
-static void used_channels(const tl_layout *l, int joints, int used[TL_CHANNEL_COUNT])
-{
+static void used_channels(const tl_layout *l, int joints, int used[TL_CHANNEL_COUNT]) {
   memset(used, 0, TL_CHANNEL_COUNT * sizeof *used);
   used[TL_CHANNEL_TIME] = 1;
   for (int j = 0; j < joints; j++) {
@@ -40,8 +39,7 @@ static void used_channels(const tl_layout *l, int joints, int used[TL_CHANNEL_CO
   if (l->load != TL_CHANNEL_COUNT) used[l->load] = 1;
 }
 
-static int make_room(struct stream *s, size_t rows, size_t grid, struct app_error *error)
-{
+static int make_room(struct stream *s, size_t rows, size_t grid, struct app_error *error) {
   int joints = tl_joint_count(&s->regression.model), used[TL_CHANNEL_COUNT];
   double *at;
 
@@ -69,8 +67,7 @@ static int make_room(struct stream *s, size_t rows, size_t grid, struct app_erro
 }
 
 /* rows [from, to) into the stream's columns, as a block */
-static int load(struct stream *s, size_t from, size_t to, tl_block *block, struct app_error *error)
-{
+static int load(struct stream *s, size_t from, size_t to, tl_block *block, struct app_error *error) {
   if (make_room(s, to - from, s->grid, error) != 0) return -1;
   if (recording_read(s->recording, from, to - from, s->column, NULL, error) != 0) return -1;
   block->n = to - from;
@@ -82,8 +79,7 @@ static int load(struct stream *s, size_t from, size_t to, tl_block *block, struc
 /* ---- sensing ---------------------------------------------------------------- */
 
 /* rows of the k-th place to look at, spread over the usable rows */
-static tl_segment sample_place(const struct segments *all, int k)
-{
+static tl_segment sample_place(const struct segments *all, int k) {
   size_t total = 0, i, at;
 
   for (i = 0; i < all->count; i++) total += all->segment[i].end - all->segment[i].begin;
@@ -97,8 +93,7 @@ static tl_segment sample_place(const struct segments *all, int k)
   return (tl_segment){at, at + SAMPLE_ROWS < all->segment[i].end ? at + SAMPLE_ROWS : all->segment[i].end};
 }
 
-static double travel(const double *x, size_t n)
-{
+static double travel(const double *x, size_t n) {
   double low = x[0], high = x[0];
 
   for (size_t i = 1; i < n; i++) {
@@ -109,8 +104,7 @@ static double travel(const double *x, size_t n)
 }
 
 /* the place where the joint moves most: a joint at rest shows neither noise nor resolution */
-static int liveliest(struct stream *s, const double *const *x, tl_segment *best, struct app_error *error)
-{
+static int liveliest(struct stream *s, const double *const *x, tl_segment *best, struct app_error *error) {
   double most = -1.0;
 
   for (int k = 0; k < SAMPLES; k++) {
@@ -131,11 +125,10 @@ static int liveliest(struct stream *s, const double *const *x, tl_segment *best,
   return 0;
 }
 
-static int sense_joint(struct stream *s, int joint, const tl_window *window, struct app_error *error)
-{
+static int sense_joint(struct stream *s, int joint, const tl_window *window, struct app_error *error) {
   tl_regression *r = &s->regression;
-  tl_channel angle = r->layout.position[joint] != TL_CHANNEL_COUNT ? r->layout.position[joint]
-                                                                    : r->layout.velocity[joint];
+  tl_channel angle =
+      r->layout.position[joint] != TL_CHANNEL_COUNT ? r->layout.position[joint] : r->layout.velocity[joint];
   size_t work_n = tl_sense_workspace(SAMPLE_ROWS);
   double *work = malloc(work_n * sizeof *work);
   tl_segment place = {0, 0};
@@ -146,7 +139,8 @@ static int sense_joint(struct stream *s, int joint, const tl_window *window, str
   if (result == 0) result = liveliest(s, (const double *const *)&s->column[angle], &place, error);
   if (result == 0) result = load(s, place.begin, place.end, &block, error);
   if (result == 0)
-    status = tl_sense(&r->model, &r->layout, joint, &r->score, r->step_s, &block, work, work_n, &r->sensing[joint]);
+    status = tl_sense(&r->model, &r->layout, joint, &r->score, r->step_s, &block, work, work_n,
+                      &r->sensing[joint]);
   free(work);
   if (result == 0 && status != TL_OK)
     result = app_fail(error, APP_FAILED, "%s: %s", recording_path(s->recording), tl_status_text(status));
@@ -156,8 +150,7 @@ static int sense_joint(struct stream *s, int joint, const tl_window *window, str
 
 /* ---- opening ---------------------------------------------------------------- */
 
-static uint32_t recorded_channels(const struct recording *recording)
-{
+static uint32_t recorded_channels(const struct recording *recording) {
   uint32_t set = 0;
 
   for (int c = 0; c < TL_CHANNEL_COUNT; c++)
@@ -166,8 +159,7 @@ static uint32_t recorded_channels(const struct recording *recording)
 }
 
 static int stream_prepare(struct stream *s, const tl_model *model, const tl_score_settings *score,
-                          const tl_window *window, struct app_error *error)
-{
+                          const tl_window *window, struct app_error *error) {
   tl_status status = tl_regression_init(&s->regression, model, recorded_channels(s->recording), score,
                                         recording_step_s(s->recording));
 
@@ -184,8 +176,7 @@ static int stream_prepare(struct stream *s, const tl_model *model, const tl_scor
 }
 
 struct stream *stream_open(struct recording *recording, const tl_model *model, const tl_score_settings *score,
-                           const tl_window *window, struct app_error *error)
-{
+                           const tl_window *window, struct app_error *error) {
   struct stream *s = calloc(1, sizeof *s);
 
   if (!s) {
@@ -198,8 +189,7 @@ struct stream *stream_open(struct recording *recording, const tl_model *model, c
   return NULL;
 }
 
-void stream_close(struct stream *stream)
-{
+void stream_close(struct stream *stream) {
   if (!stream) return;
   segments_free(&stream->segments);
   free(stream->columns);
@@ -209,15 +199,13 @@ void stream_close(struct stream *stream)
   free(stream);
 }
 
-const tl_regression *stream_regression(const struct stream *stream)
-{
+const tl_regression *stream_regression(const struct stream *stream) {
   return &stream->regression;
 }
 
 /* ---- walking ---------------------------------------------------------------- */
 
-static int time_at(struct stream *s, size_t row, double *t_s, struct app_error *error)
-{
+static int time_at(struct stream *s, size_t row, double *t_s, struct app_error *error) {
   double *column[TL_CHANNEL_COUNT] = {NULL};
 
   column[TL_CHANNEL_TIME] = t_s;
@@ -225,8 +213,8 @@ static int time_at(struct stream *s, size_t row, double *t_s, struct app_error *
 }
 
 /* the first row in [low, high] whose time is not below at_s; high when none is */
-static int row_at(struct stream *s, size_t low, size_t high, double at_s, size_t *row, struct app_error *error)
-{
+static int row_at(struct stream *s, size_t low, size_t high, double at_s, size_t *row,
+                  struct app_error *error) {
   while (low < high) {
     size_t middle = low + (high - low) / 2;
     double t_s;
@@ -242,11 +230,11 @@ static int row_at(struct stream *s, size_t low, size_t high, double at_s, size_t
 
 /* rows around the part's own that the block must see */
 static int surround(struct stream *s, tl_segment segment, struct stream_part *part, size_t *from, size_t *to,
-                    struct app_error *error)
-{
+                    struct app_error *error) {
   double margin_s = tl_regression_margin_s(&s->regression), begin_s, end_s;
 
-  if (time_at(s, part->begin, &begin_s, error) != 0 || time_at(s, part->end - 1, &end_s, error) != 0) return -1;
+  if (time_at(s, part->begin, &begin_s, error) != 0 || time_at(s, part->end - 1, &end_s, error) != 0)
+    return -1;
   if (row_at(s, segment.begin, part->begin, begin_s - margin_s, from, error) != 0) return -1;
   if (row_at(s, part->end, segment.end, end_s + margin_s, to, error) != 0) return -1;
   if (*to - *from < LEAST_ROWS) *from = *to > segment.begin + LEAST_ROWS ? *to - LEAST_ROWS : segment.begin;
@@ -255,8 +243,7 @@ static int surround(struct stream *s, tl_segment segment, struct stream_part *pa
 
 /* where the block lies in its segment, for the grid */
 static int make_span(struct stream *s, tl_segment segment, const struct stream_part *part, tl_span *span,
-                     struct app_error *error)
-{
+                     struct app_error *error) {
   if (time_at(s, segment.begin, &span->segment_begin_s, error) != 0) return -1;
   if (time_at(s, segment.end - 1, &span->segment_end_s, error) != 0) return -1;
   if (time_at(s, part->begin, &span->begin_s, error) != 0) return -1;
@@ -265,8 +252,7 @@ static int make_span(struct stream *s, tl_segment segment, const struct stream_p
 }
 
 /* room for the block's rows, and for its grid where rows are wanted */
-static int room_for(struct stream *s, size_t from, size_t to, int with_rows, struct app_error *error)
-{
+static int room_for(struct stream *s, size_t from, size_t to, int with_rows, struct app_error *error) {
   double first_s, last_s;
   size_t grid = 1;
 
@@ -279,8 +265,7 @@ static int room_for(struct stream *s, size_t from, size_t to, int with_rows, str
 
 /* one part: load its block, compute, let the visitor see it */
 static int walk_part(struct stream *s, tl_segment segment, struct stream_part *part, int with_rows,
-                     stream_visit visit, void *context, struct app_error *error)
-{
+                     stream_visit visit, void *context, struct app_error *error) {
   size_t to;
   tl_block block;
   tl_span span;
@@ -293,19 +278,19 @@ static int walk_part(struct stream *s, tl_segment segment, struct stream_part *p
   status = with_rows ? tl_regression_block(&s->regression, &block, &span, &s->space)
                      : tl_regression_motion(&s->regression, &block, &s->space);
   if (status != TL_OK)
-    return app_fail(error, APP_FAILED, "%s: rows %zu to %zu: %s", recording_path(s->recording), part->begin, part->end,
-                    tl_status_text(status));
+    return app_fail(error, APP_FAILED, "%s: rows %zu to %zu: %s", recording_path(s->recording), part->begin,
+                    part->end, tl_status_text(status));
   part->t_s = block.t_s;
   return visit(part, context, error);
 }
 
-static int walk(struct stream *s, int with_rows, stream_visit visit, void *context, struct app_error *error)
-{
+static int walk(struct stream *s, int with_rows, stream_visit visit, void *context, struct app_error *error) {
   for (size_t i = 0; i < s->segments.count; i++) {
     tl_segment segment = s->segments.segment[i];
 
     for (size_t row = segment.begin; row < segment.end; row += PART_ROWS) {
-      struct stream_part part = {&s->regression, &s->space, 0, row, row + PART_ROWS, row == segment.begin, NULL};
+      struct stream_part part = {&s->regression,       &s->space, 0, row, row + PART_ROWS,
+                                 row == segment.begin, NULL};
       int result;
 
       if (part.end > segment.end) part.end = segment.end;
@@ -316,12 +301,10 @@ static int walk(struct stream *s, int with_rows, stream_visit visit, void *conte
   return 0;
 }
 
-int stream_rows(struct stream *stream, stream_visit visit, void *context, struct app_error *error)
-{
+int stream_rows(struct stream *stream, stream_visit visit, void *context, struct app_error *error) {
   return walk(stream, 1, visit, context, error);
 }
 
-int stream_motion(struct stream *stream, stream_visit visit, void *context, struct app_error *error)
-{
+int stream_motion(struct stream *stream, stream_visit visit, void *context, struct app_error *error) {
   return walk(stream, 0, visit, context, error);
 }

@@ -26,8 +26,7 @@ struct worker {
   pthread_t thread;
 };
 
-static void *work(void *argument)
-{
+static void *work(void *argument) {
   struct worker *w = argument;
   struct shared *s = w->shared;
   int particles = s->swarm->settings.particles;
@@ -47,18 +46,17 @@ static void *work(void *argument)
   return NULL;
 }
 
-static int start_and_join(struct shared *s, struct worker *workers, struct app_error *error)
-{
+static int start_and_join(struct shared *s, struct worker *workers, struct app_error *error) {
   pthread_mutex_lock(&s->gate);
-  while (s->started < s->threads && pthread_create(&workers[s->started].thread, NULL, work, &workers[s->started]) == 0)
+  while (s->started < s->threads &&
+         pthread_create(&workers[s->started].thread, NULL, work, &workers[s->started]) == 0)
     s->started++;
   pthread_mutex_unlock(&s->gate);
   for (int i = 0; i < s->started; i++) pthread_join(workers[i].thread, NULL);
   return s->started == s->threads ? 0 : app_fail(error, APP_FAILED, "cannot start %d threads", s->threads);
 }
 
-int swarm_run(tl_pso *swarm, tl_pso_cost cost, const void *context, int threads, struct app_error *error)
-{
+int swarm_run(tl_pso *swarm, tl_pso_cost cost, const void *context, int threads, struct app_error *error) {
   struct shared shared = {.swarm = swarm, .cost = cost, .context = context, .threads = threads};
   struct worker *workers;
   int result;

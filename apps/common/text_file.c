@@ -63,7 +63,8 @@ static int read_failure(const struct text_file *file, struct app_error *error) {
   const char *text = gzerror(file->gz, &code);
   if (code == Z_BUF_ERROR)
     return app_fail(error, APP_BAD_INPUT, "%s: truncated: the compressed data end too early", file->path);
-  if (code == Z_ERRNO) return app_fail(error, APP_BAD_INPUT, "%s: cannot be read: %s", file->path, strerror(errno));
+  if (code == Z_ERRNO)
+    return app_fail(error, APP_BAD_INPUT, "%s: cannot be read: %s", file->path, strerror(errno));
   if (code == Z_MEM_ERROR) return app_fail(error, APP_FAILED, "%s: out of memory", file->path);
   return app_fail(error, APP_BAD_INPUT, "%s: the compressed data are damaged (%s)", file->path, text);
 }

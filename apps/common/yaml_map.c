@@ -11,8 +11,8 @@
 
 /* ---- messages -------------------------------------------------------------- */
 
-int yaml_fail(const struct yaml_file *file, const yaml_node_t *node, struct app_error *error, const char *format,
-              ...) {
+int yaml_fail(const struct yaml_file *file, const yaml_node_t *node, struct app_error *error,
+              const char *format, ...) {
   char text[512];
   va_list arguments;
   va_start(arguments, format);
@@ -58,8 +58,10 @@ static int syntax_error(const struct yaml_file *file, const yaml_parser_t *parse
   if (parser->error == YAML_MEMORY_ERROR) return app_fail(error, APP_FAILED, "%s: out of memory", file->path);
   const char *problem = parser->problem ? parser->problem : "cannot be read";
   if (parser->error == YAML_READER_ERROR) /* bytes that are no text: the mark does not tell where */
-    return app_fail(error, APP_BAD_INPUT, "%s: not text: %s at byte %zu", file->path, problem, parser->problem_offset);
-  return app_fail(error, APP_BAD_INPUT, "%s:%zu: not YAML: %s", file->path, parser->problem_mark.line + 1, problem);
+    return app_fail(error, APP_BAD_INPUT, "%s: not text: %s at byte %zu", file->path, problem,
+                    parser->problem_offset);
+  return app_fail(error, APP_BAD_INPUT, "%s:%zu: not YAML: %s", file->path, parser->problem_mark.line + 1,
+                  problem);
 }
 
 /* is there anything after the document? libyaml answers an empty document at the end */
@@ -67,8 +69,7 @@ static int check_single(struct yaml_file *file, yaml_parser_t *parser, struct ap
   yaml_document_t next;
   if (!yaml_parser_load(parser, &next)) return syntax_error(file, parser, error);
   const yaml_node_t *root = yaml_document_get_root_node(&next);
-  const int result =
-      root ? yaml_fail(file, root, error, "a second document begins here, expected one") : 0;
+  const int result = root ? yaml_fail(file, root, error, "a second document begins here, expected one") : 0;
   yaml_document_delete(&next);
   return result;
 }
@@ -130,19 +131,21 @@ yaml_node_t *yaml_file_root(struct yaml_file *file) {
 /* ---- mappings ---------------------------------------------------------------- */
 
 static int is_key(const yaml_node_t *node, const char *key) {
-  return node->type == YAML_SCALAR_NODE && node->data.scalar.length == strlen(key) && strcmp(scalar(node), key) == 0;
+  return node->type == YAML_SCALAR_NODE && node->data.scalar.length == strlen(key) &&
+         strcmp(scalar(node), key) == 0;
 }
 
 yaml_node_t *yaml_find(struct yaml_file *file, const yaml_node_t *map, const char *key) {
   if (map->type != YAML_MAPPING_NODE) return NULL;
-  for (const yaml_node_pair_t *pair = map->data.mapping.pairs.start; pair < map->data.mapping.pairs.top; pair++)
+  for (const yaml_node_pair_t *pair = map->data.mapping.pairs.start; pair < map->data.mapping.pairs.top;
+       pair++)
     if (is_key(yaml_document_get_node(&file->document, pair->key), key))
       return yaml_document_get_node(&file->document, pair->value);
   return NULL;
 }
 
-static int unknown_key(struct yaml_file *file, const yaml_node_t *key, const struct yaml_entry *entry, size_t entries,
-                       struct app_error *error) {
+static int unknown_key(struct yaml_file *file, const yaml_node_t *key, const struct yaml_entry *entry,
+                       size_t entries, struct app_error *error) {
   char known[300] = "", name[40];
   size_t used = 0;
   for (size_t i = 0; i < entries && used < sizeof known; i++)
@@ -172,7 +175,8 @@ int yaml_read_map(struct yaml_file *file, yaml_node_t *map, const struct yaml_en
                   void *target, struct app_error *error) {
   unsigned long seen = 0;
   if (map->type != YAML_MAPPING_NODE) return wrong_type(file, map, "a mapping (key: value)", error);
-  for (const yaml_node_pair_t *pair = map->data.mapping.pairs.start; pair < map->data.mapping.pairs.top; pair++)
+  for (const yaml_node_pair_t *pair = map->data.mapping.pairs.start; pair < map->data.mapping.pairs.top;
+       pair++)
     if (read_pair(file, pair, entry, entries, &seen, target, error) != 0) return -1;
   for (size_t i = 0; i < entries; i++)
     if (entry[i].required && !(seen & 1ul << i)) {
@@ -190,7 +194,8 @@ int yaml_read_section(struct yaml_file *file, yaml_node_t *node, const struct ya
 int yaml_read_later(struct yaml_file *file, yaml_node_t *node, const struct yaml_entry *entry, void *target,
                     struct app_error *error) {
   (void)file, (void)error;
-  memcpy((char *)target + entry->offset, &node, sizeof node);
+  yaml_node_t **place = (yaml_node_t **)(void *)((char *)target + entry->offset);
+  *place = node;
   return 0;
 }
 
@@ -219,7 +224,7 @@ static const char *range_fault(enum yaml_range range, double x) {
 
 int yaml_read_number(struct yaml_file *file, yaml_node_t *node, const struct yaml_entry *entry, void *target,
                      struct app_error *error) {
-  double x;
+  double x = 0.0;
   if (parse_number(file, node, &x, error) != 0) return -1;
   const char *expected = range_fault(entry->range, x);
   if (expected) return wrong_type(file, node, expected, error);
@@ -230,10 +235,11 @@ int yaml_read_number(struct yaml_file *file, yaml_node_t *node, const struct yam
 int yaml_read_whole(struct yaml_file *file, yaml_node_t *node, const struct yaml_entry *entry, void *target,
                     struct app_error *error) {
   char expected[64];
-  double x;
+  double x = 0.0;
   if (parse_number(file, node, &x, error) != 0) return -1;
   snprintf(expected, sizeof expected, "a whole number from %d to %d", entry->low, entry->high);
-  if (x < entry->low || x > entry->high || x != (double)(int)x) return wrong_type(file, node, expected, error);
+  if (x < entry->low || x > entry->high || x != (double)(int)x)
+    return wrong_type(file, node, expected, error);
   const int whole = (int)x;
   memcpy((char *)target + entry->offset, &whole, sizeof whole);
   return 0;

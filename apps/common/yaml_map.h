@@ -78,7 +78,7 @@ size_t yaml_key_enter(struct yaml_file *file, const char *key);
 void yaml_key_leave(struct yaml_file *file, size_t before);
 
 /* "FILE:LINE: dotted.key: ..." with status 2; returns -1. */
-int yaml_fail(const struct yaml_file *file, const yaml_node_t *node, struct app_error *error, const char *format, ...)
-    APP_PRINTF(4, 5);
+int yaml_fail(const struct yaml_file *file, const yaml_node_t *node, struct app_error *error,
+              const char *format, ...) APP_PRINTF(4, 5);
 
 #endif

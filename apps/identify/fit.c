@@ -113,11 +113,11 @@ static int one_swarm(struct fit *fit, int threads, double *best, struct app_erro
   int result;
 
   if (!memory) return app_fail(error, APP_FAILED, "out of memory for %d particles", p->settings.swarm.particles);
-  status = tl_pso_init(&swarm, &p->settings.swarm, p->parameters, p->lower, p->upper, memory, n);
+  status = tl_pso_init(&swarm, &p->settings.swarm, p->parameters, p->search_lower, p->search_upper, memory, n);
   result = status == TL_OK ? swarm_run(&swarm, tl_identify_cost, p, threads, error)
                            : app_fail(error, APP_BAD_INPUT, "swarm settings: %s", tl_status_text(status));
   if (result == 0) {
-    memcpy(best, swarm.best, (size_t)p->parameters * sizeof *best);
+    tl_problem_parameters(p, swarm.best, best);
     fit->evaluations += swarm.evaluations;
   }
   free(memory);

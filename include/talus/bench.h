@@ -30,17 +30,17 @@ extern "C" {
 
 typedef struct tl_bench_settings {
   /* drives */
-  double control_hz;                    /* of the position control; the current is held between */
-  double stiffness[TL_MAX_JOINTS];      /* current for position error [A/rad] */
-  double damping[TL_MAX_JOINTS];        /* current for velocity error [A s/rad] */
-  double velocity_hz;                   /* cut-off of the low-pass on the drive's velocity, first order */
+  double control_hz;               /* of the position control; the current is held between */
+  double stiffness[TL_MAX_JOINTS]; /* current for position error [A/rad] */
+  double damping[TL_MAX_JOINTS];   /* current for velocity error [A s/rad] */
+  double velocity_hz;              /* cut-off of the low-pass on the drive's velocity, first order */
   double current_limit_A[TL_MAX_JOINTS];
   /* sensors */
-  double drive_step_rad[TL_MAX_JOINTS]; /* resolution of the encoder that the drive sees; 0: exact */
-  double ankle_step_rad;                /* ... of the leg's absolute encoder at the ankle */
+  double drive_step_rad[TL_MAX_JOINTS];  /* resolution of the encoder that the drive sees; 0: exact */
+  double ankle_step_rad;                 /* ... of the leg's absolute encoder at the ankle */
   double current_noise_A[TL_MAX_JOINTS]; /* standard deviation, white */
-  double camera_noise_rad;              /* standard deviation, white */
-  uint32_t channels;                    /* set of TL_CHANNEL_BIT to record */
+  double camera_noise_rad;               /* standard deviation, white */
+  uint32_t channels;                     /* set of TL_CHANNEL_BIT to record */
   /* time */
   double sample_hz; /* at most control_hz */
   double jitter_s;  /* each instant is off by up to +-this, uniformly; below 0.45 of a sample's step */
@@ -52,7 +52,7 @@ typedef struct tl_bench_settings {
 
 /* A bench for the plant: 1 kHz control with 10 Hz bandwidth and damping 0.8 from the inertia at
  * rest, 250 samples a second with 0.3 ms of jitter on a clock of 1 us, 14 bits a turn on drives and
- * 16 on the ankle (pendulum: 18 bits, slider: 1 um), noise of 20 and 5 mA (others: 0.5 % of half the
+ * 16 on the ankle (pendulum: 18 bits, slider: 1 um), noise of 20 and 5 mA (others: 0.25 % of the
  * limit), the required channels, seed 1. Series settle for whole periods until the fade has been
  * over for 1 s; ramps settle at rest for 1 s. */
 tl_bench_settings tl_bench_defaults(const tl_model *m, const tl_excitation *e);
@@ -66,12 +66,12 @@ typedef struct tl_bench {
   const tl_model *model;
   const tl_excitation *excitation;
   tl_bench_settings settings;
-  tl_simulation simulation;       /* the truth at the last sample; its t_s counts from the start of settling */
-  double torque[TL_MAX_JOINTS];   /* that acts now, as tl_forward takes it */
+  tl_simulation simulation;     /* the truth at the last sample; its t_s counts from the start of settling */
+  double torque[TL_MAX_JOINTS]; /* that acts now, as tl_forward takes it */
   double current_A[TL_MAX_JOINTS]; /* commanded */
-  double position[TL_MAX_JOINTS]; /* that the drive saw last */
-  double velocity[TL_MAX_JOINTS]; /* low-passed */
-  uint64_t tick, sample;          /* the next ones */
+  double position[TL_MAX_JOINTS];  /* that the drive saw last */
+  double velocity[TL_MAX_JOINTS];  /* low-passed */
+  uint64_t tick, sample;           /* the next ones */
 } tl_bench;
 
 /* At rest where the excitation begins. TL_ERR_RANGE for settings out of range,
@@ -83,6 +83,8 @@ TL_CHECK tl_status tl_bench_init(tl_bench *b, const tl_model *m, const tl_excita
 /* The next sample: row[channel] for the channels of the settings, NaN elsewhere. The bench never
  * ends; errors as tl_simulate. */
 TL_CHECK tl_status tl_bench_next(tl_bench *b, double row[TL_CHANNEL_COUNT]);
+/* What the bench was to do at its last sample (before the first: where it begins). */
+void tl_bench_reference(const tl_bench *b, tl_motion *reference);
 
 #ifdef __cplusplus
 }

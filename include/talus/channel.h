@@ -52,8 +52,8 @@ typedef enum tl_channel {
 
 /* What a plant's recording holds; each member is a set of TL_CHANNEL_BIT. */
 typedef struct tl_channel_set {
-  uint32_t known;    /* required, optional, and those of any_of */
-  uint32_t required; /* every one must be there */
+  uint32_t known;     /* required, optional, and those of any_of */
+  uint32_t required;  /* every one must be there */
   uint32_t any_of[2]; /* of each set that is not empty, at least one must be there */
 } tl_channel_set;
 

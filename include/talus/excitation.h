@@ -63,13 +63,13 @@ typedef struct tl_excitation {
 TL_CHECK tl_status tl_excitation_paper(tl_excitation *e, int joints);
 
 typedef struct tl_multisine_settings {
-  double base_hz;                  /* > 0 */
-  int harmonics;                   /* 1..TL_MAX_HARMONICS */
-  double exponent;                 /* amplitudes fall as harmonic^-exponent; 1: flat in velocity, 0: in angle */
-  double centre[TL_MAX_JOINTS];    /* middle of the range [rad] or [m] */
+  double base_hz;               /* > 0 */
+  int harmonics;                /* 1..TL_MAX_HARMONICS */
+  double exponent;              /* amplitudes fall as harmonic^-exponent; 1: flat in velocity, 0: in angle */
+  double centre[TL_MAX_JOINTS]; /* middle of the range [rad] or [m] */
   double amplitude[TL_MAX_JOINTS]; /* half of the range, >= 0 [rad] or [m] */
   double fade_s;                   /* >= 0 */
-  uint64_t seed; /* of the phases */
+  uint64_t seed;                   /* of the phases */
 } tl_multisine_settings;
 
 /* For the plant: a period of 4 s, eight harmonics (0.25 to 2 Hz), exponent 0.5, fade 2 s, seed 1. */
@@ -157,8 +157,8 @@ typedef struct tl_scaling {
  * TL_ERR_RANGE when an offset lies outside its position limits, TL_ERR_NO_CONVERGENCE when
  * the torque limit is broken even a thousand times slower (gravity and friction alone break
  * it). Nullable: scaling. */
-TL_CHECK tl_status tl_excitation_fit(const tl_model *m, const tl_limits limits[TL_MAX_JOINTS], tl_excitation *e,
-                                     tl_scaling *scaling);
+TL_CHECK tl_status tl_excitation_fit(const tl_model *m, const tl_limits limits[TL_MAX_JOINTS],
+                                     tl_excitation *e, tl_scaling *scaling);
 
 #ifdef __cplusplus
 }

@@ -25,6 +25,14 @@
 extern "C" {
 #endif
 
+/* Fold the regressor rows of n instants of a motion that is at hand already into the
+ * joints' factors ((joints), each initialised with as many columns as tl_row_index says);
+ * the right-hand side is torque - known. Arrays as in tl_inverse_batch. No filter, no
+ * grid: a recording goes through talus/regression.h instead. Nullable: slip.
+ * TL_ERR_ARGUMENT when a factor's columns are not those of its joint. */
+TL_CHECK tl_status tl_regressor_fold(const tl_model *m, size_t n, const double *q, const double *v, const double *a,
+                                     const double *slip, const double *torque, tl_factor *factor);
+
 /* How the joints' residuals are weighted: by each joint's noise (the residual
  * of its own least squares), or all equal, (16) as printed. */
 typedef enum tl_weighting { TL_WEIGHT_NOISE = 0, TL_WEIGHT_EQUAL = 1 } tl_weighting;
@@ -51,6 +59,11 @@ typedef struct tl_problem {
   double prior[TL_MAX_PARAMETERS];
   double scale[TL_MAX_PARAMETERS]; /* |prior|, or a tenth of the search's width where that is 0 */
   double lower[TL_MAX_PARAMETERS], upper[TL_MAX_PARAMETERS];
+  /* What the swarm moves: the parameters themselves, but for a pendulum's gravity, whose moment
+   * and zero it searches as moment cos zero and moment sin zero (gravity is the moment's place, -1: none):
+   * a circle's centre and its seam would hold a swarm back. */
+  int gravity;
+  double search_lower[TL_MAX_PARAMETERS], search_upper[TL_MAX_PARAMETERS];
   tl_factor factor;
 } tl_problem;
 
@@ -60,12 +73,14 @@ typedef struct tl_problem {
 TL_CHECK tl_status tl_problem_init(tl_problem *problem, const tl_model *prior, const tl_identify_settings *s,
                                    const tl_factor *factor);
 
-/* Mean square of (16) at physical parameters x, weighted; context is the tl_problem. A tl_pso_cost. */
+/* Physical parameters (value) at a point of the search, x. */
+void tl_problem_parameters(const tl_problem *problem, const double *x, double *value);
+/* Mean square of (16) at a point of the search, weighted; context is the tl_problem. A tl_pso_cost. */
 double tl_identify_cost(const double *x, const void *context);
 
 /* Doubles of memory for the swarm. */
 size_t tl_identify_memory(const tl_problem *problem);
-/* The swarm in the calling thread: best (parameters). Nullable: evaluations. */
+/* The swarm in the calling thread: best physical parameters. Nullable: evaluations. */
 TL_CHECK tl_status tl_identify_swarm(const tl_problem *problem, double *memory, size_t memory_n, double *best,
                                      uint64_t *evaluations);
 /* Widen (tenfold) the upper bounds that were not the user's and that `best` has

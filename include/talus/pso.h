@@ -61,6 +61,7 @@ typedef struct tl_pso {
   double best_cost;            /* over all restarts */
   double *best;                /* (dimensions) */
   double *position, *velocity; /* (particles x dimensions) */
+  double *cost;                /* (particles): of the positions, until tl_pso_close */
   double *own, *own_cost;      /* each particle's best */
   double *lead;                /* (particles): index of whom it follows, as double */
 } tl_pso;

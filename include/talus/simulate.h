@@ -58,9 +58,9 @@ TL_CHECK tl_status tl_simulation_init(tl_simulation *s, const tl_model *m, const
  * would stop and start again the same way within one step is not seen to do so: step_s should be
  * small against such motion (1 ms serves actuators of this kind). Where several joints are at rest
  * together the one solution of all of them is taken.
- * TL_ERR_NOT_FINITE when the motion leaves the numbers (a linkage beyond its range),
- * TL_ERR_SINGULAR as tl_forward, TL_ERR_NO_CONVERGENCE after 1,000 changes within one call. On
- * failure *s is where it was last sound. */
+ * TL_ERR_NOT_FINITE when the motion leaves the numbers, TL_ERR_SINGULAR as tl_forward,
+ * TL_ERR_NO_CONVERGENCE after 100 changes within a nanosecond of each other. On failure *s is
+ * where it was last sound. */
 TL_CHECK tl_status tl_simulate(const tl_model *m, tl_torque_law law, const void *context, double step_s,
                                tl_simulation *s, double until_s);
 

@@ -42,9 +42,8 @@ static int print_all(struct recording *r, size_t block, int backwards, struct ap
   const size_t rows = recording_rows(r), blocks = (rows + block - 1) / block;
   double *memory = malloc(block * TL_CHANNEL_COUNT * sizeof *memory), *column[TL_CHANNEL_COUNT];
   uint8_t *valid = malloc(block);
-  if (!memory || !valid) return app_fail(error, APP_FAILED, "out of memory");
-  for (size_t c = 0; c < TL_CHANNEL_COUNT; c++) column[c] = memory + c * block;
-  int result = 0;
+  int result = memory && valid ? 0 : app_fail(error, APP_FAILED, "out of memory");
+  for (size_t c = 0; c < TL_CHANNEL_COUNT && result == 0; c++) column[c] = memory + c * block;
   for (size_t b = 0; b < blocks && result == 0; b++) {
     const size_t from = (backwards ? blocks - 1 - b : b) * block;
     result = print_rows(r, from, rows - from < block ? rows - from : block, column, valid, error);

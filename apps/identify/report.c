@@ -1,0 +1,246 @@
+/* report.c: see report.h. */
+#include "report.h"
+
+#include <math.h>
+#include <stdio.h>
+
+#include "json_file.h"
+
+#define POORLY_KNOWN 0.5 /* of the parameter's size: a standard deviation to warn of */
+
+const char *report_unit(const tl_model *model)
+{
+  return model->plant == TL_PLANT_SLIDER ? "N" : "Nm";
+}
+
+double report_rms(double sum_of_squares, size_t n)
+{
+  return n ? sqrt(sum_of_squares / (double)n) : 0.0;
+}
+
+double report_relative(const struct fit_error *e)
+{
+  return e->measured > 0.0 ? 100.0 * sqrt(e->identified / e->measured) : 0.0;
+}
+
+/* ---- JSON ------------------------------------------------------------------- */
+
+static json_t *parameters_json(const struct report_input *in)
+{
+  const tl_problem *p = &in->fit->problem;
+  const tl_identify_result *r = &in->fit->result;
+  const tl_parameter *table = tl_parameters(&p->model, &(int){0});
+  json_t *all = json_object();
+
+  for (int i = 0; i < p->parameters; i++) {
+    json_t *one = json_object();
+    json_set_number(one, "prior", p->prior[i]);
+    json_set_number(one, "value", r->value[i]);
+    json_set_number(one, "sigma", r->sigma[i]);
+    json_object_set_new(one, "identifiable", json_boolean(r->identifiable[i]));
+    json_object_set_new(one, "at_bound", json_boolean(r->at_bound[i]));
+    json_object_set_new(all, table[i].name, one);
+  }
+  return all;
+}
+
+static json_t *base_json(const struct report_input *in)
+{
+  const tl_problem *p = &in->fit->problem;
+  json_t *all = json_object();
+
+  for (int i = 0; i < p->bases; i++) {
+    json_t *one = json_object();
+    json_set_number(one, "value", in->fit->result.base[i]);
+    json_set_number(one, "sigma", in->fit->result.base_sigma[i]);
+    json_object_set_new(all, tl_base_name(&p->model, i), one);
+  }
+  return all;
+}
+
+static json_t *null_space_json(const struct report_input *in)
+{
+  const tl_problem *p = &in->fit->problem;
+  const tl_identify_result *r = &in->fit->result;
+  const tl_parameter *table = tl_parameters(&p->model, &(int){0});
+  json_t *all = json_array();
+
+  for (int k = 0; k < r->null_count; k++) {
+    json_t *one = json_object();
+    for (int i = 0; i < p->parameters; i++)
+      if (fabs(r->null_direction[k][i]) > 1e-6) json_set_number(one, table[i].name, r->null_direction[k][i]);
+    json_array_append_new(all, one);
+  }
+  return all;
+}
+
+static json_t *error_json(const struct report_input *in)
+{
+  const tl_model *m = &in->prior->model;
+  json_t *all = json_object();
+
+  for (int j = 0; j < tl_joint_count(m); j++) {
+    const struct fit_error *e = &in->fit->error[j];
+    json_t *one = json_object();
+    json_set_text(one, "unit", report_unit(m));
+    json_set_number(one, "nominal_rms", report_rms(e->nominal, e->scored));
+    json_set_number(one, "identified_rms", report_rms(e->identified, e->scored));
+    json_set_number(one, "relative_percent", report_relative(e));
+    json_set_number(one, "measured_rms", report_rms(e->measured, e->scored));
+    json_set_number(one, "reversal_rms", report_rms(e->reversal, e->left_out));
+    json_object_set_new(one, "samples", json_integer((json_int_t)e->scored));
+    json_object_set_new(one, "samples_left_out", json_integer((json_int_t)e->left_out));
+    json_object_set_new(all, tl_joint_name(m, j), one);
+  }
+  return all;
+}
+
+static json_t *recordings_json(const struct report_input *in)
+{
+  const tl_model *m = &in->prior->model;
+  json_t *all = json_array();
+
+  for (int i = 0; i < in->recordings; i++) {
+    const tl_regression *r = stream_regression(in->stream[i]);
+    json_t *one = json_object();
+    json_set_text(one, "file", in->path[i]);
+    for (int j = 0; j < tl_joint_count(m); j++) {
+      const tl_sensing *s = &r->sensing[j];
+      json_t *sensing = json_object();
+      json_object_set_new(sensing, "window_order", json_integer(s->window.order));
+      json_set_number(sensing, "window_s", s->window.length_s);
+      json_set_number(sensing, "noise", s->noise);
+      json_set_number(sensing, "resolution", s->step);
+      json_set_number(sensing, "standstill", s->standstill);
+      json_object_set_new(one, tl_joint_name(m, j), sensing);
+    }
+    json_array_append_new(all, one);
+  }
+  return all;
+}
+
+int report_write_json(const char *path, const struct report_input *in, struct app_error *error)
+{
+  const struct fit *fit = in->fit;
+  json_t *root = json_object();
+  int result;
+
+  json_set_text(root, "schema", "talus-identify/1");
+  json_object_set_new(root, "seed", json_integer((json_int_t)in->seed));
+  json_object_set_new(root, "evaluations", json_integer((json_int_t)fit->evaluations));
+  json_set_number(root, "cost", fit->result.cost);
+  json_set_number(root, "least_squares_cost", fit->result.least_squares_cost);
+  json_object_set_new(root, "parameters", parameters_json(in));
+  json_object_set_new(root, "base_parameters", base_json(in));
+  json_object_set_new(root, "null_space", null_space_json(in));
+  json_set_number(root, "condition_number", fit->result.condition_number);
+  json_object_set_new(root, "error", error_json(in));
+  json_object_set_new(root, "recordings", recordings_json(in));
+  result = json_file_write(path, root, error);
+  json_decref(root);
+  return result;
+}
+
+/* ---- words ------------------------------------------------------------------- */
+
+static void say_windows(const struct report_input *in)
+{
+  const tl_model *m = &in->prior->model;
+
+  for (int i = 0; i < in->recordings; i++)
+    for (int j = 0; j < tl_joint_count(m); j++) {
+      const tl_sensing *s = &stream_regression(in->stream[i])->sensing[j];
+      fprintf(stderr, "%s: %s: window of order %d over %.3g s, encoder noise %.2g, standstill below %.2g\n",
+              in->path[i], tl_joint_name(m, j), s->window.order, s->window.length_s, s->noise, s->standstill);
+    }
+}
+
+static void say_parameters(const struct report_input *in)
+{
+  const tl_problem *p = &in->fit->problem;
+  const tl_identify_result *r = &in->fit->result;
+  const tl_parameter *table = tl_parameters(&p->model, &(int){0});
+
+  fprintf(stderr, "%-28s %12s %12s %10s\n", "parameter", "given", "identified", "+-");
+  for (int i = 0; i < p->parameters; i++) {
+    fprintf(stderr, "%-28s %12.5g %12.5g ", table[i].name, p->prior[i], r->value[i]);
+    if (p->settings.fixed[i])
+      fprintf(stderr, "%10s\n", "fixed");
+    else if (!r->identifiable[i])
+      fprintf(stderr, "%10s\n", "(*)");
+    else
+      fprintf(stderr, "%10.2g%s\n", r->sigma[i], r->at_bound[i] ? "  at its bound" : "");
+  }
+}
+
+static void say_null_space(const struct report_input *in)
+{
+  const tl_problem *p = &in->fit->problem;
+  const tl_identify_result *r = &in->fit->result;
+  const tl_parameter *table = tl_parameters(&p->model, &(int){0});
+
+  for (int k = 0; k < r->null_count; k++) {
+    fprintf(stderr, "(*) not identifiable: these recordings see only combinations of");
+    for (int i = 0, first = 1; i < p->parameters; i++)
+      if (fabs(r->null_direction[k][i]) > 1e-3) {
+        fprintf(stderr, "%s %s", first ? "" : ",", table[i].name);
+        first = 0;
+      }
+    fprintf(stderr, "; the values nearest to the given ones are kept\n");
+  }
+}
+
+/* a parameter that stands alone in a null direction: nothing in the recordings moves it */
+static int unexcited(const tl_identify_result *r, int parameter)
+{
+  for (int k = 0; k < r->null_count; k++)
+    if (fabs(r->null_direction[k][parameter]) > 0.999) return 1;
+  return 0;
+}
+
+void report_warn(const struct report_input *in)
+{
+  const tl_problem *p = &in->fit->problem;
+  const tl_identify_result *r = &in->fit->result;
+  const tl_parameter *table = tl_parameters(&p->model, &(int){0});
+
+  for (int i = 0; i < p->parameters; i++) {
+    if (unexcited(r, i))
+      app_note("%s is not excited by these recordings: the given value is kept", table[i].name);
+    else if (r->identifiable[i] && r->at_bound[i])
+      app_note("%s ends at its bound, %.3g", table[i].name, r->value[i]);
+    else if (r->identifiable[i] && r->sigma[i] > POORLY_KNOWN * p->scale[i])
+      app_note("%s is hardly excited: its standard deviation is %.2g on a value of %.3g", table[i].name, r->sigma[i],
+               r->value[i]);
+  }
+  if (in->fit->few_blocks) app_note("too little data for standard deviations");
+}
+
+static void say_certificate(const struct fit *fit)
+{
+  double excess = fit->result.cost - fit->result.least_squares_cost;
+  double relative = fit->result.least_squares_cost > 0.0 ? excess / fit->result.least_squares_cost : 0.0;
+
+  fprintf(stderr, "swarm: %llu evaluations; cost %.3g above least squares (relative), condition number %.3g\n",
+          (unsigned long long)fit->evaluations, relative, fit->result.condition_number);
+  if (relative > 1e-6)
+    app_note("the swarm's optimum is not that of least squares: a bound is active, or more particles are needed");
+}
+
+void report_say(const struct report_input *in)
+{
+  const tl_model *m = &in->prior->model;
+
+  say_windows(in);
+  say_parameters(in);
+  say_null_space(in);
+  report_warn(in);
+  say_certificate(in->fit);
+  for (int j = 0; j < tl_joint_count(m); j++) {
+    const struct fit_error *e = &in->fit->error[j];
+    fprintf(stderr, "%s: residual %.4g %s as given, %.4g %s identified (%.2f %% of the measured), %zu samples, "
+                    "%zu near standstill left out\n",
+            tl_joint_name(m, j), report_rms(e->nominal, e->scored), report_unit(m),
+            report_rms(e->identified, e->scored), report_unit(m), report_relative(e), e->scored, e->left_out);
+  }
+}

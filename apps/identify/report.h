@@ -1,0 +1,38 @@
+/* report.h: what an identification found, as JSON, as words and as a page. */
+#ifndef REPORT_H
+#define REPORT_H
+
+#include "error.h"
+#include "fit.h"
+#include "model_file.h"
+
+struct report_input {
+  const struct fit *fit;
+  const struct model_file *prior;
+  struct stream *const *stream;
+  const char *const *path; /* of the recordings */
+  int recordings;
+  uint64_t seed;
+};
+
+/* R.json of the contract, atomically. */
+int report_write_json(const char *path, const struct report_input *in, struct app_error *error);
+/* A short table and every warning, to standard error; or the warnings alone. */
+void report_say(const struct report_input *in);
+void report_warn(const struct report_input *in);
+
+/* The picture: each recording's torque over time, measured, as given and as identified, and what is left. */
+struct picture;
+struct picture *picture_new(int recordings, int joints);
+void picture_free(struct picture *picture);
+/* A fit_trace; context is the picture. */
+void picture_trace(const struct fit_instant *instant, void *picture);
+int picture_write(const struct picture *picture, const char *path, const struct report_input *in,
+                  struct app_error *error);
+
+/* Unit of a plant's torque: "Nm" or "N". RMS figures of one joint's error; relative in percent. */
+const char *report_unit(const tl_model *model);
+double report_rms(double sum_of_squares, size_t n);
+double report_relative(const struct fit_error *e);
+
+#endif

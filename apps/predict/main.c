@@ -1,0 +1,58 @@
+/* talus-predict: what a model predicts at a recording's samples. */
+#include "cli.h"
+#include "model_file.h"
+#include "predict.h"
+
+static struct {
+  const char *model, *out;
+} asked;
+
+static const struct cli_option options[] = {
+    {"model", 'm', CLI_TEXT, &asked.model, 1, "M.yaml", "the model"},
+    {"out", 'o', CLI_TEXT, &asked.out, 0, "P.csv", "where to write (default: standard output)"},
+};
+
+static const struct cli_program program = {
+    .name = "talus-predict",
+    .summary = "predicts what a recording's current (or load) column would show, from its angles alone",
+    .arguments = "REC.csv",
+    .min_arguments = 1,
+    .max_arguments = 1,
+    .option = options,
+    .options = sizeof options / sizeof options[0],
+    .more = "One row for each row of the recording, at the same times. Rows without support (gaps,\n"
+            "valid = 0, the ends) hold the nearest estimate.",
+};
+
+static int predict(const struct model_file *file, struct recording *recording, struct app_error *error)
+{
+  struct stream *stream = stream_open(recording, &file->model, &file->score, file->has_window ? &file->window : NULL,
+                                      error);
+  struct output *out = stream ? output_open(asked.out, error) : NULL;
+  int result = out ? predict_write(out, recording, stream, &file->model, error) : -1;
+
+  if (out && result == 0) result = output_commit(out, error);
+  else output_abandon(out);
+  stream_close(stream);
+  return result;
+}
+
+int main(int argc, char **argv)
+{
+  struct recording *recording;
+  struct model_file file;
+  struct app_error error;
+  int first, result;
+
+  switch (cli_parse(&program, argc, argv, &first)) {
+  case CLI_RUN: break;
+  case CLI_DONE: return APP_OK;
+  case CLI_USAGE: return APP_BAD_INPUT;
+  }
+  if (model_file_read(asked.model, &file, &error) != 0) return app_exit(&error);
+  recording = recording_open(argv[first], file.model.plant, &error);
+  if (!recording) return app_exit(&error);
+  result = predict(&file, recording, &error);
+  recording_close(recording);
+  return result == 0 ? APP_OK : app_exit(&error);
+}

@@ -1,0 +1,108 @@
+/* truth.c: see truth.h. */
+#include "truth.h"
+
+#include "json_file.h"
+#include "plant_name.h"
+
+#define MOTION_COLUMNS 6 /* a joint */
+
+/* the header of the file of true motion */
+void truth_motion_header(struct output *out, const tl_model *m) {
+  static const char *const quantity[MOTION_COLUMNS] = {"reference",    "position", "velocity",
+                                                       "acceleration", "torque",   "slip"};
+  static const char *const rotary[MOTION_COLUMNS] = {"_rad", "_rad", "_rad_s", "_rad_s2", "_Nm", ""};
+  static const char *const straight[MOTION_COLUMNS] = {"_m", "_m", "_m_s", "_m_s2", "_N", ""};
+  const char *const *unit = m->plant == TL_PLANT_SLIDER ? straight : rotary;
+
+  output_text(out, "time_s");
+  for (int j = 0; j < tl_joint_count(m); j++)
+    for (int k = 0; k < MOTION_COLUMNS; k++)
+      output_printf(out, ",%s_%s%s", tl_joint_name(m, j), quantity[k], unit[k]);
+  output_text(out, "\n");
+}
+
+void truth_motion_row(struct output *out, const tl_bench *b, double t_s) {
+  const tl_motion *now = &b->simulation.motion;
+  double value[TL_MAX_JOINTS * MOTION_COLUMNS];
+  int joints = tl_joint_count(b->model);
+  tl_motion reference;
+
+  tl_bench_reference(b, &reference);
+  for (int j = 0; j < joints; j++) {
+    double *of = value + j * MOTION_COLUMNS;
+    of[0] = reference.q[j];
+    of[1] = now->q[j];
+    of[2] = now->v[j];
+    of[3] = now->a[j];
+    of[4] = b->torque[j];
+    of[5] = now->slip[j];
+  }
+  output_row(out, t_s, value, (size_t)joints * MOTION_COLUMNS);
+}
+
+static json_t *truth_of_excitation(const struct twin *t) {
+  static const char *const name[] = {"multisine", "paper", "ramps"};
+  const tl_excitation *e = &t->excitation;
+  size_t joints = (size_t)tl_joint_count(&t->model), harmonics = (size_t)e->harmonics;
+  json_t *o = json_object();
+
+  json_set_text(o, "kind", name[t->asked->excitation]);
+  json_object_set_new(o, "scaled_amplitude", json_numbers(t->scaling.amplitude, joints));
+  json_set_number(o, "scaled_speed", t->scaling.speed);
+  json_set_number(o, "length_s", tl_excitation_length_s(e));
+  json_set_number(o, "fade_s", e->fade_s);
+  json_set_number(o, "settle_s", t->bench.settle_s);
+  json_object_set_new(o, "offset", json_numbers(e->offset, joints));
+  if (e->kind == TL_EXCITATION_RAMPS) return o;
+  json_set_number(o, "base_hz", e->base_hz);
+  for (size_t j = 0; j < joints; j++) {
+    json_t *of = json_object();
+    json_object_set_new(of, "sine", json_numbers(e->sine[j], harmonics));
+    json_object_set_new(of, "cosine", json_numbers(e->cosine[j], harmonics));
+    json_object_set_new(o, tl_joint_name(&t->model, (int)j), of);
+  }
+  return o;
+}
+
+static json_t *truth_of_sensors(const struct twin *t) {
+  const tl_bench_settings *s = &t->bench;
+  size_t joints = (size_t)tl_joint_count(&t->model);
+  json_t *o = json_object();
+
+  json_set_number(o, "sample_hz", s->sample_hz);
+  json_set_number(o, "jitter_s", s->jitter_s);
+  json_object_set_new(o, t->model.plant == TL_PLANT_SLIDER ? "force_noise_N" : "current_noise_A",
+                      json_numbers(s->current_noise_A, joints));
+  json_object_set_new(o, t->model.plant == TL_PLANT_SLIDER ? "position_step_m" : "encoder_step_rad",
+                      json_numbers(s->drive_step_rad, joints));
+  if (t->model.plant != TL_PLANT_LEG) return o;
+  json_set_number(o, "ankle_joint_step_rad", s->ankle_step_rad);
+  if (t->asked->camera) json_set_number(o, "camera_noise_rad", s->camera_noise_rad);
+  return o;
+}
+
+int truth_write(const struct twin *t, const tl_bench *b, struct app_error *error) {
+  double parameter[TL_MAX_PARAMETERS], base[TL_MAX_BASE];
+  json_t *root = json_object(), *parameters = json_object(), *bases = json_object();
+  int n, result;
+  const tl_parameter *table = tl_parameters(&t->model, &n);
+
+  tl_parameters_get(&t->model, parameter);
+  tl_base_values(&t->model, base);
+  for (int i = 0; i < n; i++) json_set_number(parameters, table[i].name, parameter[i]);
+  for (int i = 0; i < tl_base_count(&t->model); i++)
+    json_set_number(bases, tl_base_name(&t->model, i), base[i]);
+  json_set_text(root, "schema", "talus-sim/1");
+  json_set_text(root, "plant", plant_name(t->model.plant));
+  json_object_set_new(root, "seed", json_integer((json_int_t)t->asked->seed));
+  json_object_set_new(root, "phase_seed", json_integer((json_int_t)t->asked->phase_seed));
+  json_set_number(root, "duration_s", t->duration_s);
+  json_object_set_new(root, "parameters", parameters);
+  json_object_set_new(root, "base_parameters", bases);
+  json_object_set_new(root, "sensors", truth_of_sensors(t));
+  json_object_set_new(root, "excitation", truth_of_excitation(t));
+  json_object_set_new(root, "stick_slip_changes", json_integer((json_int_t)b->simulation.changes));
+  result = json_file_write(t->asked->truth, root, error);
+  json_decref(root);
+  return result;
+}

@@ -1,0 +1,55 @@
+/* twin.h: one run of the bench twin, from a model file to a recording and its truth. */
+#ifndef TWIN_H
+#define TWIN_H
+
+#include <stdint.h>
+
+#include "error.h"
+#include "talus/bench.h"
+#include "talus/excitation.h"
+
+enum twin_excitation { TWIN_MULTISINE, TWIN_PAPER, TWIN_RAMPS };
+
+/* What a run is asked for. A NaN stands for the default of plant and excitation. */
+struct twin_settings {
+  const char *model, *out;    /* paths */
+  const char *truth, *motion; /* paths, NULL: not written */
+  enum twin_excitation excitation;
+  double period_s;                    /* of the series */
+  int harmonics;                      /* of the multisine, 0: default */
+  double amplitude[TL_MAX_JOINTS];    /* of the multisine and the ramps */
+  double speed;                       /* factor on the excitation's speed */
+  tl_limits limits[TL_MAX_JOINTS];    /* NaN: the bench's */
+  const char *limited[TL_MAX_JOINTS]; /* the joints' names as the limits gave them, NULL: none */
+  int fit;                            /* scale the excitation into the limits */
+  double duration_s, rate_hz, jitter_s, control_hz;
+  double drive_bits[TL_MAX_JOINTS], ankle_bits; /* 0: exact */
+  double noise_A[TL_MAX_JOINTS];
+  double camera_rad;   /* noise of the camera's angles */
+  int camera;          /* record them */
+  int ideal;           /* exact sensors: what is not given is 0 */
+  uint64_t seed;       /* of noise and jitter */
+  uint64_t phase_seed; /* of the multisine's phases */
+};
+
+/* All defaults; the paths are to be filled in. */
+struct twin_settings twin_defaults(void);
+
+/* A run that is ready to start. */
+struct twin {
+  const struct twin_settings *asked;
+  tl_model model;
+  tl_excitation excitation;
+  tl_scaling scaling;
+  tl_limits limits[TL_MAX_JOINTS];
+  tl_bench_settings bench;
+  double duration_s;
+};
+
+/* Reads the model and checks the excitation: 0, or -1 with status 2, naming every limit that
+ * would be broken. `settings` is kept by reference. */
+int twin_prepare(struct twin *twin, const struct twin_settings *settings, struct app_error *error);
+/* Runs it and writes what was asked for. 0, or -1. */
+int twin_run(struct twin *twin, struct app_error *error);
+
+#endif

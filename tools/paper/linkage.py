@@ -1,0 +1,81 @@
+"""Figure 3 and table 2: Fourier series (10) of the ankle's linkage against its closed form."""
+
+import numpy
+
+from talus import check, constants, ffi, lib, pointer
+
+ORDERS = (6, 7, 8)
+SAMPLES = 1001
+OMEGA_RANGE = (0.5, 8.0)  # where the best base frequency is looked for [1/rad]
+OMEGA_SHOWN = (0.5, 6.0)  # 6 is the series whose period is the range itself
+
+
+def ankle_drive(model):
+    return ffi.addressof(model.struct.drive[1], "transmission")
+
+
+def fit(reference, order, low, high):
+    """The least-squares series of `order` with a base frequency in [low, high]."""
+    size = lib.tl_fourier_fit_workspace(SAMPLES, order)
+    work, out = numpy.empty(size), ffi.new("tl_fourier *")
+    check(lib.tl_fourier_fit(reference, constants.TL_JOINT_RANGE_RAD, SAMPLES, order, low, high,
+                             pointer(work), size, out))  # fmt: skip
+    return out
+
+
+def error(series, reference):
+    """Largest error over the range: motor angle [rad] and ratio (relative)."""
+    approximation, out = ffi.new("tl_transmission *"), ffi.new("double[2]")
+    check(lib.tl_transmission_fourier(approximation, series))
+    lib.tl_transmission_error(approximation, reference, constants.TL_JOINT_RANGE_RAD, 2 * SAMPLES, out, out + 1)
+    return out[0], out[1]
+
+
+def best_fits(reference):
+    """Table 2: for each order omega, coefficients and errors."""
+    out = []
+    for order in ORDERS:
+        found = fit(reference, order, *OMEGA_RANGE)
+        motor, ratio = error(found, reference)
+        out.append({"order": order, "omega_1_rad": found.omega, "a": list(found.a)[: order + 1],
+                    "b": list(found.b)[:order], "motor_error_rad": motor, "ratio_error": ratio})  # fmt: skip
+    return out
+
+
+def error_against_omega(reference, points=111):
+    """Ratio error of the best series of each order at a given omega."""
+    omega = numpy.linspace(*OMEGA_SHOWN, points)
+    return omega, {k: numpy.array([error(fit(reference, k, w, w), reference)[1] for w in omega]) for k in ORDERS}
+
+
+def omega_of_error(omega, ratio_error, wanted):
+    """The largest omega below which the error stays below `wanted`, interpolated in its logarithm; None if never."""
+    beyond = numpy.flatnonzero(ratio_error > wanted)
+    if len(beyond) == 0 or beyond[0] == 0:
+        return None
+    k = beyond[0]
+    low, high, at = numpy.log([ratio_error[k - 1], ratio_error[k], wanted])
+    return float(omega[k - 1] + (omega[k] - omega[k - 1]) * (at - low) / (high - low))
+
+
+def curves(reference, points=241):
+    """Joint angle, motor angle and ratio over the range."""
+    joint = numpy.linspace(-constants.TL_JOINT_RANGE_RAD, constants.TL_JOINT_RANGE_RAD, points)
+    motor = numpy.array([lib.tl_transmission_motor_angle(reference, q) for q in joint])
+    ratio, slope = numpy.empty(points), ffi.new("double *")
+    one = ffi.new("double *")
+    for i, q in enumerate(joint):
+        lib.tl_transmission_ratio(reference, q, one, slope)
+        ratio[i] = one[0]
+    return joint, motor, ratio
+
+
+def ratio_error_curve(series, joint, ratio):
+    """Relative error of the series' ratio at each joint angle."""
+    approximation, one, slope = ffi.new("tl_transmission *"), ffi.new("double *"), ffi.new("double *")
+    check(lib.tl_transmission_fourier(approximation, series))
+    out = numpy.empty_like(ratio)
+    for i, q in enumerate(joint):
+        lib.tl_transmission_ratio(approximation, q, one, slope)
+        out[i] = one[0] / ratio[i] - 1.0
+    return out
