@@ -102,18 +102,23 @@ void tl_factor_merge(tl_factor *f, const tl_factor *other, const int *index, dou
   f->rows = rows;
 }
 
-double tl_factor_cost(const tl_factor *f, const double *b) {
+double tl_factor_excess(const tl_factor *f, const double *b) {
   int p = f->columns;
-  double cost = 0.0;
-  for (int i = 0; i <= p; i++) {
+  double excess = 0.0;
+  for (int i = 0; i < p; i++) {
     const double *r = const_row_of(f, i);
     double residual = r[p];
     for (int j = i; j < p; j++) {
       residual -= r[j] * b[j];
     }
-    cost += residual * residual;
+    excess += residual * residual;
   }
-  return cost;
+  return excess;
+}
+
+double tl_factor_cost(const tl_factor *f, const double *b) {
+  double least = const_row_of(f, f->columns)[f->columns];
+  return tl_factor_excess(f, b) + least * least;
 }
 
 /* What the solutions are made of: R's columns scaled to length 1 and their

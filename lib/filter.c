@@ -14,8 +14,7 @@ typedef struct cascade {
 } cascade;
 
 /* bilinear transform of 1 / (s^2 + s / q + 1), k = tan(pi cutoff step) */
-static void pair_section(tl_lowpass *f, int i, double k, double inverse_q)
-{
+static void pair_section(tl_lowpass *f, int i, double k, double inverse_q) {
   double d = 1.0 / (1.0 + k * inverse_q + k * k);
 
   f->b[i][0] = k * k * d;
@@ -27,8 +26,7 @@ static void pair_section(tl_lowpass *f, int i, double k, double inverse_q)
 }
 
 /* bilinear transform of 1 / (s + 1) */
-static void single_section(tl_lowpass *f, int i, double k)
-{
+static void single_section(tl_lowpass *f, int i, double k) {
   f->b[i][0] = f->b[i][1] = k / (1.0 + k);
   f->b[i][2] = 0.0;
   f->a[i][0] = 1.0;
@@ -37,8 +35,7 @@ static void single_section(tl_lowpass *f, int i, double k)
 }
 
 /* samples until the slowest pole has decayed to 1e-17 */
-static size_t settling(const tl_lowpass *f)
-{
+static size_t settling(const tl_lowpass *f) {
   double slowest = 0.0, samples;
   int i;
 
@@ -51,8 +48,7 @@ static size_t settling(const tl_lowpass *f)
   return samples < 1e9 ? (size_t)samples + 1 : (size_t)1000000000;
 }
 
-tl_status tl_lowpass_init(tl_lowpass *f, int order, double cutoff_hz, double step_s)
-{
+tl_status tl_lowpass_init(tl_lowpass *f, int order, double cutoff_hz, double step_s) {
   double k;
   int i;
 
@@ -75,8 +71,7 @@ tl_status tl_lowpass_init(tl_lowpass *f, int order, double cutoff_hz, double ste
 }
 
 /* the state that a constant input would have led to */
-static void steady_state(const tl_lowpass *f, double input, cascade *c)
-{
+static void steady_state(const tl_lowpass *f, double input, cascade *c) {
   int i;
 
   for (i = 0; i < f->sections; i++) {
@@ -85,8 +80,7 @@ static void steady_state(const tl_lowpass *f, double input, cascade *c)
   }
 }
 
-static double advance(const tl_lowpass *f, cascade *c, double x)
-{
+static double advance(const tl_lowpass *f, cascade *c, double x) {
   int i;
 
   for (i = 0; i < f->sections; i++) {
@@ -98,8 +92,7 @@ static double advance(const tl_lowpass *f, cascade *c, double x)
   return x;
 }
 
-void tl_lowpass_zero_phase(const tl_lowpass *f, double *x, size_t n)
-{
+void tl_lowpass_zero_phase(const tl_lowpass *f, double *x, size_t n) {
   double before[TL_LOWPASS_PAD], after[TL_LOWPASS_PAD], last;
   size_t i, pad;
   cascade c;

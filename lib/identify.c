@@ -10,8 +10,7 @@
 #define COLUMN_FACTOR 3.0 /* where the prior is 0: in torques that the column alone would explain */
 #define NEAR_BOUND 1e-3   /* of the bounds' width */
 
-tl_identify_settings tl_identify_defaults(void)
-{
+tl_identify_settings tl_identify_defaults(void) {
   tl_identify_settings s;
 
   memset(&s, 0, sizeof s);
@@ -22,8 +21,7 @@ tl_identify_settings tl_identify_defaults(void)
 }
 
 /* RMS residual of one joint's own least squares, from its factor's last entry */
-static double own_residual(const tl_factor *f)
-{
+static double own_residual(const tl_factor *f) {
   double b[TL_FACTOR_MAX];
 
   if (f->rows == 0 || tl_factor_solve(f, 1e-10, b, NULL) != TL_OK) return 0.0;
@@ -31,8 +29,7 @@ static double own_residual(const tl_factor *f)
 }
 
 /* length of column j of the factor */
-static double column_length(const tl_factor *f, int j)
-{
+static double column_length(const tl_factor *f, int j) {
   double sum = 0.0;
   int i;
 
@@ -41,8 +38,7 @@ static double column_length(const tl_factor *f, int j)
 }
 
 /* all joints in one factor, each weighted so that noise counts the same everywhere */
-static tl_status combine(tl_problem *p, const tl_factor *factor)
-{
+static tl_status combine(tl_problem *p, const tl_factor *factor) {
   int j, index[TL_MAX_ROW];
   double least = 0.0, most = 0.0;
   tl_status status = tl_factor_init(&p->factor, p->bases);
@@ -64,8 +60,7 @@ static tl_status combine(tl_problem *p, const tl_factor *factor)
 }
 
 /* the size at which parameter i alone would explain the whole torque, through its base parameters */
-static double natural_size(const tl_problem *p, const double *jacobian, int i)
-{
+static double natural_size(const tl_problem *p, const double *jacobian, int i) {
   double torque = column_length(&p->factor, p->bases), size = 0.0;
   int b;
 
@@ -77,8 +72,7 @@ static double natural_size(const tl_problem *p, const double *jacobian, int i)
 }
 
 /* search bounds: the user's, or from the prior's size, or from the data's */
-static tl_status set_bounds(tl_problem *p)
-{
+static tl_status set_bounds(tl_problem *p) {
   double jacobian[TL_MAX_BASE * TL_MAX_PARAMETERS];
   int i, n;
   const tl_parameter *table = tl_parameters(&p->model, &n);
@@ -104,8 +98,7 @@ static tl_status set_bounds(tl_problem *p)
 }
 
 /* the swarm's own bounds; the two components of gravity where both are free and unbounded */
-static void set_search(tl_problem *p)
-{
+static void set_search(tl_problem *p) {
   int i, n;
   const tl_parameter *table = tl_parameters(&p->model, &n);
 
@@ -123,8 +116,7 @@ static void set_search(tl_problem *p)
   }
 }
 
-void tl_problem_parameters(const tl_problem *problem, const double *x, double *value)
-{
+void tl_problem_parameters(const tl_problem *problem, const double *x, double *value) {
   int g = problem->gravity;
 
   memcpy(value, x, (size_t)problem->parameters * sizeof *value);
@@ -134,8 +126,7 @@ void tl_problem_parameters(const tl_problem *problem, const double *x, double *v
 }
 
 tl_status tl_problem_init(tl_problem *problem, const tl_model *prior, const tl_identify_settings *s,
-                          const tl_factor *factor)
-{
+                          const tl_factor *factor) {
   tl_status status;
 
   if (!problem || !prior || !s || !factor) return TL_ERR_ARGUMENT;
@@ -152,8 +143,7 @@ tl_status tl_problem_init(tl_problem *problem, const tl_model *prior, const tl_i
   return status;
 }
 
-double tl_identify_cost(const double *x, const void *context)
-{
+double tl_identify_cost(const double *x, const void *context) {
   const tl_problem *p = context;
   double base[TL_MAX_BASE], value[TL_MAX_PARAMETERS];
   tl_model m = p->model;
@@ -164,14 +154,12 @@ double tl_identify_cost(const double *x, const void *context)
   return tl_factor_cost(&p->factor, base) / (double)p->factor.rows;
 }
 
-size_t tl_identify_memory(const tl_problem *problem)
-{
+size_t tl_identify_memory(const tl_problem *problem) {
   return tl_pso_memory(&problem->settings.swarm, problem->parameters);
 }
 
 tl_status tl_identify_swarm(const tl_problem *problem, double *memory, size_t memory_n, double *best,
-                            uint64_t *evaluations)
-{
+                            uint64_t *evaluations) {
   tl_pso swarm;
   tl_status status = tl_pso_init(&swarm, &problem->settings.swarm, problem->parameters, problem->search_lower,
                                  problem->search_upper, memory, memory_n);
@@ -183,8 +171,7 @@ tl_status tl_identify_swarm(const tl_problem *problem, double *memory, size_t me
   return TL_OK;
 }
 
-int tl_problem_widen(tl_problem *problem, const double *best)
-{
+int tl_problem_widen(tl_problem *problem, const double *best) {
   int i, n, widened = 0;
   const tl_parameter *table = tl_parameters(&problem->model, &n);
 
@@ -193,7 +180,8 @@ int tl_problem_widen(tl_problem *problem, const double *best)
     int above = best[i] > problem->upper[i] - NEAR_BOUND * width;
     int below = best[i] < problem->lower[i] + NEAR_BOUND * width && problem->lower[i] > table[i].lower;
 
-    if (problem->settings.bounded[i] || problem->settings.fixed[i] || table[i].angle || !(above || below)) continue;
+    if (problem->settings.bounded[i] || problem->settings.fixed[i] || table[i].angle || !(above || below))
+      continue;
     problem->upper[i] *= above ? PRIOR_FACTOR : 1.0;
     problem->lower[i] *= below ? PRIOR_FACTOR : 1.0;
     widened = 1;

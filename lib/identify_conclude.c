@@ -12,22 +12,20 @@
 /* The data's view of the free parameters: A = R J S, its singular values and
  * vectors; S scales, J = d base / d parameter. */
 typedef struct view {
-  int rows, columns;              /* bases, free parameters */
-  int free_[TL_MAX_PARAMETERS];   /* column -> parameter */
-  int kept;                       /* directions that the data see */
+  int rows, columns;            /* bases, free parameters */
+  int free_[TL_MAX_PARAMETERS]; /* column -> parameter */
+  int kept;                     /* directions that the data see */
   double singular[TL_MAX_PARAMETERS];
   double u[TL_MAX_PARAMETERS * TL_MAX_PARAMETERS]; /* U S, rows x columns (padded with zero rows) */
   double v[TL_MAX_PARAMETERS * TL_MAX_PARAMETERS]; /* vector k at v[j * columns + k] */
 } view;
 
-static int is_free(const tl_problem *p, const int *pinned, int i)
-{
+static int is_free(const tl_problem *p, const int *pinned, int i) {
   return p->upper[i] > p->lower[i] && !(pinned && pinned[i]);
 }
 
 /* row i of R times vector b */
-static double r_row(const tl_factor *f, int i, const double *b, int stride)
-{
+static double r_row(const tl_factor *f, int i, const double *b, int stride) {
   double sum = 0.0;
   int j;
 
@@ -36,8 +34,7 @@ static double r_row(const tl_factor *f, int i, const double *b, int stride)
 }
 
 /* A = R J S over the free parameters, at the given values */
-static void view_matrix(const tl_problem *p, const double *value, const int *pinned, view *w)
-{
+static void view_matrix(const tl_problem *p, const double *value, const int *pinned, view *w) {
   double jacobian[TL_MAX_BASE * TL_MAX_PARAMETERS];
   tl_model m = p->model;
   int i, k, n = 0;
@@ -54,8 +51,7 @@ static void view_matrix(const tl_problem *p, const double *value, const int *pin
       w->u[i * n + k] = r_row(&p->factor, i, jacobian + w->free_[k], p->parameters) * p->scale[w->free_[k]];
 }
 
-static tl_status view_init(const tl_problem *p, const double *value, const int *pinned, view *w)
-{
+static tl_status view_init(const tl_problem *p, const double *value, const int *pinned, view *w) {
   tl_status status;
   int k;
 
@@ -70,8 +66,7 @@ static tl_status view_init(const tl_problem *p, const double *value, const int *
 }
 
 /* x = pinv(A) r over the kept directions */
-static void view_solve(const view *w, const double *r, double *x)
-{
+static void view_solve(const view *w, const double *r, double *x) {
   int i, j, k;
 
   memset(x, 0, (size_t)w->columns * sizeof *x);
@@ -83,8 +78,7 @@ static void view_solve(const view *w, const double *r, double *x)
   }
 }
 
-static void base_at(const tl_problem *p, const double *value, double *base)
-{
+static void base_at(const tl_problem *p, const double *value, double *base) {
   tl_model m = p->model;
 
   tl_parameters_set(&m, value);
@@ -95,8 +89,7 @@ static void base_at(const tl_problem *p, const double *value, double *base)
  * x <- pinv(A) (R (b* - b(x)) + A x), x the relative changes; the part of x
  * that the data cannot see becomes 0. Returns the largest change. */
 static tl_status nearest_step(const tl_problem *p, const double *goal, const int *pinned, double *value,
-                              double *change)
-{
+                              double *change) {
   double base[TL_MAX_BASE], gap[TL_MAX_BASE], r[TL_MAX_PARAMETERS] = {0}, x[TL_MAX_PARAMETERS], a;
   view w;
   int i, k, j;
@@ -122,8 +115,7 @@ static tl_status nearest_step(const tl_problem *p, const double *goal, const int
 }
 
 /* parameters that left their bounds are pinned there: 1 when any was */
-static int pin_violated(const tl_problem *p, int *pinned, double *value)
-{
+static int pin_violated(const tl_problem *p, int *pinned, double *value) {
   int i, any = 0;
 
   for (i = 0; i < p->parameters; i++) {
@@ -137,8 +129,7 @@ static int pin_violated(const tl_problem *p, int *pinned, double *value)
 
 /* the point nearest to the prior with the optimum's base parameters; the
  * swarm's own point where the iteration does not settle */
-static tl_status nearest_point(const tl_problem *p, const double *best, double *value)
-{
+static tl_status nearest_point(const tl_problem *p, const double *best, double *value) {
   int pinned[TL_MAX_PARAMETERS] = {0}, step;
   double goal[TL_MAX_BASE], change = 1.0;
   size_t bytes = (size_t)p->parameters * sizeof *value;
@@ -162,8 +153,7 @@ static tl_status nearest_point(const tl_problem *p, const double *best, double *
 /* ---- least squares over the free base parameters ------------------------ */
 
 /* base parameters that a free parameter moves */
-static int free_bases(const tl_problem *p, const double *value, int *index)
-{
+static int free_bases(const tl_problem *p, const double *value, int *index) {
   double jacobian[TL_MAX_BASE * TL_MAX_PARAMETERS];
   tl_model m = p->model;
   int b, i, n = 0;
@@ -172,15 +162,16 @@ static int free_bases(const tl_problem *p, const double *value, int *index)
   tl_base_jacobian(&m, jacobian);
   for (b = 0; b < p->bases; b++) {
     int moved = 0;
-    for (i = 0; i < p->parameters; i++) moved |= is_free(p, NULL, i) && jacobian[b * p->parameters + i] != 0.0;
+    for (i = 0; i < p->parameters; i++)
+      moved |= is_free(p, NULL, i) && jacobian[b * p->parameters + i] != 0.0;
     if (moved) index[n++] = b;
   }
   return n;
 }
 
 /* the factor over the free base parameters alone, the others moved to the right-hand side */
-static tl_status free_factor(const tl_problem *p, const double *base, const int *index, int n, tl_factor *out)
-{
+static tl_status free_factor(const tl_problem *p, const double *base, const int *index, int n,
+                             tl_factor *out) {
   double block[(TL_MAX_BASE + 1) * (TL_MAX_BASE + 1)], held[TL_MAX_BASE];
   int i, k, rows = p->bases + 1;
   tl_status status = tl_factor_init(out, n);
@@ -201,8 +192,7 @@ static tl_status free_factor(const tl_problem *p, const double *base, const int 
 
 /* largest over smallest singular value of the factor, columns at unit length;
  * directions that the data do not see count as 0: infinity */
-static tl_status condition(const tl_factor *f, double *out)
-{
+static tl_status condition(const tl_factor *f, double *out) {
   double a[TL_MAX_BASE * TL_MAX_BASE] = {0}, s[TL_MAX_BASE], v[TL_MAX_BASE * TL_MAX_BASE];
   int i, j, n = f->columns;
   tl_status status;
@@ -218,16 +208,14 @@ static tl_status condition(const tl_factor *f, double *out)
 }
 
 /* cost at physical parameters, as tl_identify_cost at a point of the search */
-static double cost_at(const tl_problem *p, const double *value)
-{
+static double cost_at(const tl_problem *p, const double *value) {
   double base[TL_MAX_BASE];
 
   base_at(p, value, base);
   return tl_factor_cost(&p->factor, base) / (double)p->factor.rows;
 }
 
-static tl_status certificate(const tl_problem *p, const double *value, tl_identify_result *out)
-{
+static tl_status certificate(const tl_problem *p, const double *value, tl_identify_result *out) {
   double b[TL_FACTOR_MAX];
   int index[TL_MAX_BASE], n = free_bases(p, value, index);
   tl_factor f;
@@ -241,8 +229,7 @@ static tl_status certificate(const tl_problem *p, const double *value, tl_identi
 
 /* ---- null space ---------------------------------------------------------- */
 
-static void null_directions(const tl_problem *p, const view *w, tl_identify_result *out)
-{
+static void null_directions(const tl_problem *p, const view *w, tl_identify_result *out) {
   int i, j, k;
 
   for (i = 0; i < p->parameters; i++) out->identifiable[i] = 0;
@@ -261,18 +248,17 @@ static void null_directions(const tl_problem *p, const view *w, tl_identify_resu
   }
 }
 
-static void mark_bounds(const tl_problem *p, tl_identify_result *out)
-{
+static void mark_bounds(const tl_problem *p, tl_identify_result *out) {
   int i;
 
   for (i = 0; i < p->parameters; i++) {
     double width = p->upper[i] - p->lower[i], near = 1e-9 * width;
-    out->at_bound[i] = width > 0.0 && (out->value[i] <= p->lower[i] + near || out->value[i] >= p->upper[i] - near);
+    out->at_bound[i] =
+        width > 0.0 && (out->value[i] <= p->lower[i] + near || out->value[i] >= p->upper[i] - near);
   }
 }
 
-tl_status tl_identify_conclude(const tl_problem *problem, const double *best, tl_identify_result *result)
-{
+tl_status tl_identify_conclude(const tl_problem *problem, const double *best, tl_identify_result *result) {
   view w;
   int i;
   tl_status status;
@@ -293,8 +279,7 @@ tl_status tl_identify_conclude(const tl_problem *problem, const double *best, tl
 
 /* ---- sigmas -------------------------------------------------------------- */
 
-tl_status tl_sandwich_init(tl_sandwich *s, int bases, double block_s)
-{
+tl_status tl_sandwich_init(tl_sandwich *s, int bases, double block_s) {
   if (!s || bases < 1 || bases > TL_MAX_BASE || !(block_s > 0.0)) return TL_ERR_ARGUMENT;
   memset(s, 0, sizeof *s);
   s->bases = bases;
@@ -302,8 +287,7 @@ tl_status tl_sandwich_init(tl_sandwich *s, int bases, double block_s)
   return TL_OK;
 }
 
-void tl_sandwich_close(tl_sandwich *s)
-{
+void tl_sandwich_close(tl_sandwich *s) {
   int i, j;
 
   if (s->rows == 0) return;
@@ -315,8 +299,7 @@ void tl_sandwich_close(tl_sandwich *s)
 }
 
 void tl_sandwich_add(tl_sandwich *s, double t_s, const double *x, size_t stride, const int *index, int n,
-                     double weight, double residual)
-{
+                     double weight, double residual) {
   int k;
 
   if (s->rows > 0 && (t_s - s->begin_s >= s->block_s || t_s < s->begin_s)) tl_sandwich_close(s);
@@ -325,23 +308,22 @@ void tl_sandwich_add(tl_sandwich *s, double t_s, const double *x, size_t stride,
 }
 
 /* out = K M K', K (rows x bases), M the meat with the correction for few blocks; diagonal's roots only */
-static void propagate(const tl_sandwich *s, const double *k, int rows, int effective, double *sigma)
-{
+static void propagate(const tl_sandwich *s, const double *k, int rows, int effective, double *sigma) {
   double correction = (double)s->blocks / (double)(s->blocks - (size_t)effective);
   int i, a, b;
 
   for (i = 0; i < rows; i++) {
     double sum = 0.0;
     for (a = 0; a < s->bases; a++)
-      for (b = 0; b < s->bases; b++) sum += k[i * s->bases + a] * s->meat[a * s->bases + b] * k[i * s->bases + b];
+      for (b = 0; b < s->bases; b++)
+        sum += k[i * s->bases + a] * s->meat[a * s->bases + b] * k[i * s->bases + b];
     sigma[i] = sqrt(correction * sum);
   }
 }
 
 /* K = S V diag(1 / s^2) V' S J' over the kept directions: change of the free
  * parameters per unit of the summed products x e */
-static void parameter_gain(const tl_problem *p, const view *w, const double *jacobian, double *gain)
-{
+static void parameter_gain(const tl_problem *p, const view *w, const double *jacobian, double *gain) {
   int i, j, b, k;
 
   memset(gain, 0, sizeof(double) * TL_MAX_PARAMETERS * TL_MAX_BASE);
@@ -356,8 +338,7 @@ static void parameter_gain(const tl_problem *p, const view *w, const double *jac
     }
 }
 
-tl_status tl_identify_sigma(const tl_problem *problem, const tl_sandwich *s, tl_identify_result *result)
-{
+tl_status tl_identify_sigma(const tl_problem *problem, const tl_sandwich *s, tl_identify_result *result) {
   double gain[TL_MAX_PARAMETERS * TL_MAX_BASE], base_gain[TL_MAX_BASE * TL_MAX_BASE] = {0};
   double jacobian[TL_MAX_BASE * TL_MAX_PARAMETERS];
   tl_model m;

@@ -9,18 +9,15 @@
 
 #define PIECE_ORDER_ROOM 2 /* a piece of L rows bears a polynomial of order L - 2 at most */
 
-static int has(uint32_t recorded, tl_channel c)
-{
+static int has(uint32_t recorded, tl_channel c) {
   return (recorded & TL_CHANNEL_BIT(c)) != 0;
 }
 
-static tl_channel if_recorded(uint32_t recorded, tl_channel c)
-{
+static tl_channel if_recorded(uint32_t recorded, tl_channel c) {
   return has(recorded, c) ? c : TL_CHANNEL_COUNT;
 }
 
-static void layout_leg(tl_layout *layout, const tl_model *m)
-{
+static void layout_leg(tl_layout *layout, const tl_model *m) {
   layout->position[0] = TL_CHANNEL_KNEE_MOTOR;
   layout->position[1] = TL_CHANNEL_ANKLE_MOTOR;
   layout->effort[0] = TL_CHANNEL_KNEE_CURRENT;
@@ -30,8 +27,7 @@ static void layout_leg(tl_layout *layout, const tl_model *m)
 }
 
 /* a recorded torque is nearer to the joint than a current and is preferred */
-static void layout_pendulum(tl_layout *layout, const tl_model *m, uint32_t recorded)
-{
+static void layout_pendulum(tl_layout *layout, const tl_model *m, uint32_t recorded) {
   double ratio, slope;
 
   layout->position[0] = if_recorded(recorded, TL_CHANNEL_JOINT);
@@ -44,8 +40,7 @@ static void layout_pendulum(tl_layout *layout, const tl_model *m, uint32_t recor
   layout->effort_scale[0] = ratio * m->drive[0].torque_constant_Nm_A;
 }
 
-tl_status tl_layout_init(tl_layout *layout, const tl_model *m, uint32_t recorded)
-{
+tl_status tl_layout_init(tl_layout *layout, const tl_model *m, uint32_t recorded) {
   tl_channel_set set;
   int j;
 
@@ -69,13 +64,11 @@ tl_status tl_layout_init(tl_layout *layout, const tl_model *m, uint32_t recorded
 
 /* ---- motion -------------------------------------------------------------- */
 
-size_t tl_track_memory(int joints, size_t capacity)
-{
+size_t tl_track_memory(int joints, size_t capacity) {
   return (size_t)joints * 5 * capacity;
 }
 
-void tl_track_init(tl_track *track, int joints, size_t capacity, double *memory, tl_stop *stops)
-{
+void tl_track_init(tl_track *track, int joints, size_t capacity, double *memory, tl_stop *stops) {
   int j;
 
   memset(track, 0, sizeof *track);
@@ -103,8 +96,7 @@ typedef struct joint_work {
 } joint_work;
 
 /* the uncut window on rows [begin, end), its order lowered where the piece is short */
-static tl_status reconstruct_piece(const joint_work *w, size_t begin, size_t end)
-{
+static tl_status reconstruct_piece(const joint_work *w, size_t begin, size_t end) {
   tl_window window = w->sensing->window;
   int most = (int)(end - begin) - PIECE_ORDER_ROOM;
 
@@ -115,8 +107,7 @@ static tl_status reconstruct_piece(const joint_work *w, size_t begin, size_t end
 
 /* every piece of motion between stops by its own windows; inside a stop the quick window's
  * estimate stands (it was written before) */
-static tl_status reconstruct_pieces(const joint_work *w, const tl_stop *stop, size_t stops)
-{
+static tl_status reconstruct_pieces(const joint_work *w, const tl_stop *stop, size_t stops) {
   size_t begin = 0, k;
 
   for (k = 0; k <= stops; k++) {
@@ -133,8 +124,7 @@ static tl_status reconstruct_pieces(const joint_work *w, const tl_stop *stop, si
 }
 
 /* from the motor's motion to the joint's, in place */
-static void to_joint(const joint_work *w)
-{
+static void to_joint(const joint_work *w) {
   size_t i;
 
   if (!w->transmission) return;
@@ -148,24 +138,24 @@ static void to_joint(const joint_work *w)
 }
 
 /* quick velocity of the joint at every row: speed[], and q, v, a to begin with */
-static tl_status quick_motion(const joint_work *w)
-{
-  tl_status status = tl_reconstruct(&w->sensing->quick, w->t_s, w->x, w->n, w->q, w->v, w->a, w->work, w->work_n);
+static tl_status quick_motion(const joint_work *w) {
+  tl_status status =
+      tl_reconstruct(&w->sensing->quick, w->t_s, w->x, w->n, w->q, w->v, w->a, w->work, w->work_n);
   size_t i;
 
   if (status != TL_OK) return status;
   for (i = 0; i < w->n; i++) {
     double ratio = 1.0, slope;
     if (w->transmission)
-      tl_transmission_ratio(w->transmission, tl_transmission_joint_angle(w->transmission, w->q[i]), &ratio, &slope);
+      tl_transmission_ratio(w->transmission, tl_transmission_joint_angle(w->transmission, w->q[i]), &ratio,
+                            &slope);
     w->quick[i] = w->v[i] / ratio;
   }
   return TL_OK;
 }
 
 /* a joint whose angle was recorded */
-static tl_status position_motion(const joint_work *w, tl_track *track, int j)
-{
+static tl_status position_motion(const joint_work *w, tl_track *track, int j) {
   tl_status status = quick_motion(w);
 
   if (status != TL_OK) return status;
@@ -177,9 +167,9 @@ static tl_status position_motion(const joint_work *w, tl_track *track, int j)
 
 /* a joint whose velocity alone was recorded: velocity is continuous through a stop, so
  * nothing is cut, and the angle stays unknown (0) */
-static tl_status velocity_motion(const joint_work *w, tl_track *track, int j)
-{
-  tl_status status = tl_reconstruct(&w->sensing->window, w->t_s, w->x, w->n, w->v, w->a, NULL, w->work, w->work_n);
+static tl_status velocity_motion(const joint_work *w, tl_track *track, int j) {
+  tl_status status =
+      tl_reconstruct(&w->sensing->window, w->t_s, w->x, w->n, w->v, w->a, NULL, w->work, w->work_n);
 
   if (status != TL_OK) return status;
   memset(w->q, 0, w->n * sizeof *w->q);
@@ -188,19 +178,16 @@ static tl_status velocity_motion(const joint_work *w, tl_track *track, int j)
   return TL_OK;
 }
 
-static const tl_transmission *motor_side(const tl_model *m, int joint)
-{
+static const tl_transmission *motor_side(const tl_model *m, int joint) {
   return m->plant == TL_PLANT_LEG ? &m->drive[joint].transmission : NULL;
 }
 
-size_t tl_kinematics_workspace(size_t capacity)
-{
+size_t tl_kinematics_workspace(size_t capacity) {
   return tl_reconstruct_workspace(capacity);
 }
 
 tl_status tl_kinematics(const tl_model *m, const tl_layout *layout, const tl_sensing *sensing,
-                        const tl_block *block, double *work, size_t work_n, tl_track *track)
-{
+                        const tl_block *block, double *work, size_t work_n, tl_track *track) {
   int j;
   size_t i;
 
@@ -209,8 +196,8 @@ tl_status tl_kinematics(const tl_model *m, const tl_layout *layout, const tl_sen
   if (block->n > track->capacity) return TL_ERR_WORKSPACE;
   for (j = 0; j < tl_joint_count(m); j++) {
     int angle = layout->position[j] != TL_CHANNEL_COUNT;
-    joint_work w = {motor_side(m, j), &sensing[j], block->t_s, NULL, block->n, track->q[j], track->v[j],
-                    track->a[j], track->speed[j], work, work_n};
+    joint_work w = {motor_side(m, j), &sensing[j], block->t_s,      NULL, block->n, track->q[j],
+                    track->v[j],      track->a[j], track->speed[j], work, work_n};
     tl_status status;
 
     w.x = block->channel[angle ? layout->position[j] : layout->velocity[j]];

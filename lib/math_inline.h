@@ -23,6 +23,11 @@
 /* tl_sincos for |x| beyond TL_SINCOS_NEAR_RAD, and for NaN. */
 void tl_sincos_far(double x, double *sin_x, double *cos_x);
 
+/* tl_sincos of two angles at once, in one vector register where the machine has them.
+ * The angles come by value: as an array they would be read whole right after they were
+ * written one by one, and the processor would wait for that. No overlap of the outputs. */
+void tl_sincos_two(double x0, double x1, double *restrict sin_x, double *restrict cos_x);
+
 static inline uint64_t tl_bits_of(double x) {
   uint64_t bits;
   memcpy(&bits, &x, sizeof bits);
@@ -56,24 +61,27 @@ static inline void tl_sincos_turn(uint64_t k, double sin_r, double cos_r, double
   *cos_x = tl_of_bits(c ^ exchange ^ (((k + 1) & 2) << 62));
 }
 
-/* Sine and cosine of x [rad], see tl_sincos.
+/* Sine and cosine of |x| <= TL_SINCOS_NEAR_RAD.
  *
- * Reduction for |x| <= 1e5: |k| <= 63662 < 2^16. k * PI_2_NEAR_0 has at most
- * 16 + 36 bits, so it is exact, and so is its difference from x, which is a
- * multiple of 2^-53 (or k = 0) and less than 1 in size. The second product is below
- * 2^-22, its rounding 2^-75; the only error that counts is the rounding of r,
- * at most 2^-54. */
-static inline void tl_sincos_inline(double x, double *sin_x, double *cos_x) {
-  if (!(fabs(x) <= TL_SINCOS_NEAR_RAD)) {
-    tl_sincos_far(x, sin_x, cos_x);
-    return;
-  }
+ * |k| <= 63662 < 2^16. k * PI_2_NEAR_0 has at most 16 + 36 bits, so it is exact, and
+ * so is its difference from x, which is a multiple of 2^-53 (or k = 0) and less than 1
+ * in size. The second product is below 2^-22, its rounding 2^-75; the only error that
+ * counts is the rounding of r, at most 2^-54. */
+static inline void tl_sincos_near(double x, double *sin_x, double *cos_x) {
   double rounded = x * TL_2_PI + TL_ROUNDER;
   double k = rounded - TL_ROUNDER;
   double r = (x - k * TL_PI_2_NEAR_0) - k * TL_PI_2_NEAR_1;
   double s, c;
   tl_sincos_reduced(r, &s, &c);
   tl_sincos_turn(tl_bits_of(rounded), s, c, sin_x, cos_x);
+}
+
+/* Sine and cosine of x [rad], see tl_sincos. */
+static inline void tl_sincos_inline(double x, double *sin_x, double *cos_x) {
+  if (fabs(x) <= TL_SINCOS_NEAR_RAD)
+    tl_sincos_near(x, sin_x, cos_x);
+  else
+    tl_sincos_far(x, sin_x, cos_x);
 }
 
 #endif

@@ -60,18 +60,17 @@ static inline void ratio_at(const tl_drive *d, double q, double sin_q, double co
 }
 
 static inline leg_pose pose_at(const tl_model *m, const double q[2]) {
-  double sin_s, cos_s, sin_a, cos_a, knee_slope;
+  double sine[2], cosine[2], knee_slope;
   leg_pose p;
 
-  tl_sincos_inline(q[0], &sin_s, &cos_s);
-  tl_sincos_inline(q[1], &sin_a, &cos_a);
-  p.gravity_shank = m->gravity_m_s2 * sin_s;
-  p.gravity_foot = m->gravity_m_s2 * (sin_s * cos_a + cos_s * sin_a);
-  p.ls_cos = m->shank_length_m * cos_a;
-  p.ls_sin = m->shank_length_m * sin_a;
+  tl_sincos_two(q[0], q[1], sine, cosine);
+  p.gravity_shank = m->gravity_m_s2 * sine[0];
+  p.gravity_foot = m->gravity_m_s2 * (sine[0] * cosine[1] + cosine[0] * sine[1]);
+  p.ls_cos = m->shank_length_m * cosine[1];
+  p.ls_sin = m->shank_length_m * sine[1];
   /* I1 holds the knee's rotor, so the slope of its ratio moves nothing */
-  ratio_at(&m->drive[0], q[0], sin_s, cos_s, &p.ratio[0], &knee_slope);
-  ratio_at(&m->drive[1], q[1], sin_a, cos_a, &p.ratio[1], &p.slope);
+  ratio_at(&m->drive[0], q[0], sine[0], cosine[0], &p.ratio[0], &knee_slope);
+  ratio_at(&m->drive[1], q[1], sine[1], cosine[1], &p.ratio[1], &p.slope);
   return p;
 }
 

@@ -4,13 +4,12 @@
 #include <math.h>
 #include <string.h>
 
-#define KNOWN(columns) (columns)      /* place of the known part in `raw` */
+#define KNOWN(columns) (columns)        /* place of the known part in `raw` */
 #define EFFORT(columns) ((columns) + 1) /* and of what was measured */
 #define RAW_COLUMNS (TL_MAX_ROW + 2)
 
-tl_status tl_regression_init(tl_regression *r, const tl_model *m, uint32_t recorded, const tl_score_settings *score,
-                             double step_s)
-{
+tl_status tl_regression_init(tl_regression *r, const tl_model *m, uint32_t recorded,
+                             const tl_score_settings *score, double step_s) {
   tl_status status;
 
   if (!r || !m || !score) return TL_ERR_ARGUMENT;
@@ -24,8 +23,7 @@ tl_status tl_regression_init(tl_regression *r, const tl_model *m, uint32_t recor
   return status == TL_OK ? tl_lowpass_init(&r->lowpass, score->order, score->lowpass_hz, step_s) : status;
 }
 
-double tl_regression_margin_s(const tl_regression *r)
-{
+double tl_regression_margin_s(const tl_regression *r) {
   double filter_s = (double)(r->lowpass.settling + TL_LOWPASS_PAD) * r->step_s, window_s = 0.0;
   int j;
 
@@ -34,17 +32,15 @@ double tl_regression_margin_s(const tl_regression *r)
   return filter_s + r->score.guard_s + 2.0 * window_s + 2.0 * TL_BRIDGE_S + TL_GAP_STEPS * r->step_s;
 }
 
-size_t tl_regression_memory(const tl_regression *r, size_t capacity, size_t grid)
-{
+size_t tl_regression_memory(const tl_regression *r, size_t capacity, size_t grid) {
   size_t joints = (size_t)tl_joint_count(&r->model);
 
   return tl_track_memory((int)joints, capacity) + joints * RAW_COLUMNS * (capacity + grid) + grid +
          tl_kinematics_workspace(capacity);
 }
 
-void tl_regression_space_init(tl_regression_space *space, const tl_regression *r, size_t capacity, size_t grid,
-                              double *memory, tl_stop *stops, uint8_t *mask)
-{
+void tl_regression_space_init(tl_regression_space *space, const tl_regression *r, size_t capacity,
+                              size_t grid, double *memory, tl_stop *stops, uint8_t *mask) {
   int joints = tl_joint_count(&r->model), j;
 
   memset(space, 0, sizeof *space);
@@ -69,8 +65,7 @@ void tl_regression_space_init(tl_regression_space *space, const tl_regression *r
 
 /* ---- at the recording's rows -------------------------------------------- */
 
-static void motion_at(const tl_model *m, const tl_track *track, int joints, size_t i, tl_motion *now)
-{
+static void motion_at(const tl_model *m, const tl_track *track, int joints, size_t i, tl_motion *now) {
   double foot;
   int j;
 
@@ -86,8 +81,7 @@ static void motion_at(const tl_model *m, const tl_track *track, int joints, size
   now->slip[1] = foot > 0.0 ? 1.0 : foot < 0.0 ? -1.0 : 0.0;
 }
 
-static void regressor_rows(const tl_regression *r, size_t n, tl_regression_space *space)
-{
+static void regressor_rows(const tl_regression *r, size_t n, tl_regression_space *space) {
   int joints = tl_joint_count(&r->model), j, k;
   double row[TL_MAX_JOINTS * TL_MAX_ROW], known[TL_MAX_JOINTS];
   tl_motion now;
@@ -109,8 +103,7 @@ static void regressor_rows(const tl_regression *r, size_t n, tl_regression_space
 /* Through a short stop the torque stays continuous while inertia and friction jump against
  * each other; so the whole row passes from the last moving sample to the next, slowly at first:
  * coming to rest the torque is flat, leaving rest it is not. */
-static void bridge(const tl_stop *s, const double *t_s, double *column)
-{
+static void bridge(const tl_stop *s, const double *t_s, double *column) {
   size_t i;
 
   for (i = s->before + 1; i < s->after; i++) {
@@ -120,23 +113,24 @@ static void bridge(const tl_stop *s, const double *t_s, double *column)
   }
 }
 
-static void bridge_stops(const tl_regression_space *space, const double *t_s, int joint)
-{
+static void bridge_stops(const tl_regression_space *space, const double *t_s, int joint) {
   const tl_track *track = &space->track;
   size_t k;
   int c;
 
   for (k = 0; k < track->stops[joint]; k++) {
     const tl_stop *s = &track->stop[joint][k];
-    if (s->before == TL_NO_ROW || s->after == TL_NO_ROW || t_s[s->after] - t_s[s->before] > TL_BRIDGE_S) continue;
-    for (c = 0; c <= space->rows[joint].columns; c++) bridge(s, t_s, space->raw[joint] + (size_t)c * space->capacity);
+    if (s->before == TL_NO_ROW || s->after == TL_NO_ROW || t_s[s->after] - t_s[s->before] > TL_BRIDGE_S)
+      continue;
+    for (c = 0; c <= space->rows[joint].columns; c++)
+      bridge(s, t_s, space->raw[joint] + (size_t)c * space->capacity);
   }
 }
 
 /* What was measured; with a sensor at the output that is the load, and the model's torque
  * counts against the drive's: load = effort - (row base + known). */
-static void measured_rows(const tl_regression *r, const tl_block *block, int joint, tl_regression_space *space)
-{
+static void measured_rows(const tl_regression *r, const tl_block *block, int joint,
+                          tl_regression_space *space) {
   int columns = space->rows[joint].columns, c;
   double *raw = space->raw[joint], *known = raw + (size_t)KNOWN(columns) * space->capacity;
   double *measured = raw + (size_t)EFFORT(columns) * space->capacity;
@@ -151,8 +145,7 @@ static void measured_rows(const tl_regression *r, const tl_block *block, int joi
   for (i = 0; i < block->n; i++) known[i] = r->layout.effort_scale[joint] * effort[i] - known[i];
 }
 
-tl_status tl_regression_motion(const tl_regression *r, const tl_block *block, tl_regression_space *space)
-{
+tl_status tl_regression_motion(const tl_regression *r, const tl_block *block, tl_regression_space *space) {
   int j;
   tl_status status;
 
@@ -168,9 +161,7 @@ tl_status tl_regression_motion(const tl_regression *r, const tl_block *block, tl
   return TL_OK;
 }
 
-double tl_regression_predict(const tl_regression_space *space, int joint, const double *base,
-                             size_t i)
-{
+double tl_regression_predict(const tl_regression_space *space, int joint, const double *base, size_t i) {
   const tl_rows *rows = &space->rows[joint];
   const double *raw = space->raw[joint] + i;
   double sum = raw[(size_t)KNOWN(rows->columns) * space->capacity];
@@ -188,8 +179,7 @@ typedef struct grid_part {
 } grid_part;
 
 /* the first k with begin + k step >= at */
-static size_t grid_index(double begin_s, double step_s, double at)
-{
+static size_t grid_index(double begin_s, double step_s, double at) {
   double k = (at - begin_s) / step_s, whole;
 
   if (!(k > 0.0)) return 0;
@@ -197,8 +187,7 @@ static size_t grid_index(double begin_s, double step_s, double at)
   return (size_t)(whole < k ? whole + 1.0 : whole);
 }
 
-static grid_part part_of(const tl_regression *r, const tl_block *block, const tl_span *span)
-{
+static grid_part part_of(const tl_regression *r, const tl_block *block, const tl_span *span) {
   size_t all = tl_grid_count(span->segment_begin_s, span->segment_end_s, r->step_s), last;
   grid_part g;
 
@@ -214,9 +203,8 @@ static grid_part part_of(const tl_regression *r, const tl_block *block, const tl
 }
 
 /* which of the part's own rows count */
-static void mark_rows(const tl_regression *r, const tl_span *span, const tl_block *block, int joint, grid_part g,
-                      tl_regression_space *space)
-{
+static void mark_rows(const tl_regression *r, const tl_span *span, const tl_block *block, int joint,
+                      grid_part g, tl_regression_space *space) {
   size_t all = tl_grid_count(span->segment_begin_s, span->segment_end_s, r->step_s);
   size_t trim = (size_t)(r->score.trim_s / r->step_s), k;
   int too_short = (double)all * r->step_s < 3.0 * r->score.trim_s;
@@ -234,9 +222,8 @@ static void mark_rows(const tl_regression *r, const tl_span *span, const tl_bloc
 }
 
 /* the target is measured - known; both through the grid and the filter, then the span's own part */
-static void grid_rows(const tl_regression *r, const tl_span *span, const tl_block *block, int joint, grid_part g,
-                      tl_regression_space *space)
-{
+static void grid_rows(const tl_regression *r, const tl_span *span, const tl_block *block, int joint,
+                      grid_part g, tl_regression_space *space) {
   tl_rows *rows = &space->rows[joint];
   int c, all = rows->columns + 2;
   double *raw = space->raw[joint], *known = raw + (size_t)KNOWN(rows->columns) * space->capacity;
@@ -259,8 +246,7 @@ static void grid_rows(const tl_regression *r, const tl_span *span, const tl_bloc
 }
 
 tl_status tl_regression_block(const tl_regression *r, const tl_block *block, const tl_span *span,
-                              tl_regression_space *space)
-{
+                              tl_regression_space *space) {
   grid_part g;
   int j;
   tl_status status;
@@ -281,8 +267,7 @@ tl_status tl_regression_block(const tl_regression *r, const tl_block *block, con
 
 /* ---- what is done with rows ---------------------------------------------- */
 
-void tl_rows_fold(const tl_rows *rows, const double *weight, double *scratch, tl_factor *factor)
-{
+void tl_rows_fold(const tl_rows *rows, const double *weight, double *scratch, tl_factor *factor) {
   size_t kept = 0, k;
   int c;
 
@@ -296,8 +281,7 @@ void tl_rows_fold(const tl_rows *rows, const double *weight, double *scratch, tl
   if (kept) tl_factor_add(factor, scratch, kept, kept);
 }
 
-double tl_rows_residual(const tl_rows *rows, const double *base, size_t k)
-{
+double tl_rows_residual(const tl_rows *rows, const double *base, size_t k) {
   double sum = rows->x[(size_t)rows->columns * rows->stride + k];
   int c;
 

@@ -5,15 +5,13 @@
 
 #include "talus/filter.h"
 
-tl_score_settings tl_score_defaults(void)
-{
+tl_score_settings tl_score_defaults(void) {
   tl_score_settings s = {30.0, 4, 0.008, 0.016, 0.25};
   return s;
 }
 
 /* the k-th smallest of x, which is reordered (Hoare's selection) */
-static double select_kth(double *x, size_t n, size_t k)
-{
+static double select_kth(double *x, size_t n, size_t k) {
   size_t low = 0, high = n - 1;
 
   while (low < high) {
@@ -38,8 +36,7 @@ static double select_kth(double *x, size_t n, size_t k)
   return x[k];
 }
 
-double tl_median_step(const double *t_s, size_t n, double *work)
-{
+double tl_median_step(const double *t_s, size_t n, double *work) {
   size_t i, steps = n - 1;
   double upper, lower;
 
@@ -51,14 +48,12 @@ double tl_median_step(const double *t_s, size_t n, double *work)
   return 0.5 * (lower + upper);
 }
 
-int tl_segment_cut(double previous_s, double time_s, int previous_valid, int valid, double step_s)
-{
+int tl_segment_cut(double previous_s, double time_s, int previous_valid, int valid, double step_s) {
   return time_s - previous_s > TL_GAP_STEPS * step_s || previous_valid != valid;
 }
 
 int tl_segment_next(const double *t_s, const uint8_t *valid, size_t n, double step_s, size_t *cursor,
-                    tl_segment *out)
-{
+                    tl_segment *out) {
   while (*cursor < n) {
     size_t begin = *cursor, i;
     int ok = valid ? valid[begin] != 0 : 1;
@@ -73,8 +68,7 @@ int tl_segment_next(const double *t_s, const uint8_t *valid, size_t n, double st
   return 0;
 }
 
-size_t tl_grid_count(double begin_s, double end_s, double step_s)
-{
+size_t tl_grid_count(double begin_s, double end_s, double step_s) {
   double steps = (end_s - begin_s) / step_s;
   double whole = floor(steps);
 
@@ -82,9 +76,8 @@ size_t tl_grid_count(double begin_s, double end_s, double step_s)
   return (size_t)(whole < steps ? whole + 1.0 : whole);
 }
 
-void tl_grid_resample(const double *t_s, const double *x, size_t n, double begin_s, double step_s, double *out,
-                      size_t m)
-{
+void tl_grid_resample(const double *t_s, const double *x, size_t n, double begin_s, double step_s,
+                      double *out, size_t m) {
   size_t k, i = 0;
 
   for (k = 0; k < m; k++) {
@@ -100,8 +93,7 @@ void tl_grid_resample(const double *t_s, const double *x, size_t n, double begin
   }
 }
 
-void tl_score_keep(const tl_score_settings *s, const double *speed, size_t m, double step_s, uint8_t *keep)
-{
+void tl_score_keep(const tl_score_settings *s, const double *speed, size_t m, double step_s, uint8_t *keep) {
   double wanted = s->guard_s / step_s, whole = floor(wanted);
   size_t guard = (size_t)(whole < wanted ? whole + 1.0 : whole);
   size_t k, since = guard + 1, i;
@@ -123,8 +115,7 @@ typedef struct sums {
 
 /* one segment: to the grid, through the filter, masked, summed */
 static void score_segment(const tl_score_settings *s, const tl_lowpass *f, const double *t_s,
-                          const double *const series[3], size_t n, double step_s, double *work, sums *sum)
-{
+                          const double *const series[3], size_t n, double step_s, double *work, sums *sum) {
   size_t m = tl_grid_count(t_s[0], t_s[n - 1], step_s), trim = (size_t)(s->trim_s / step_s), k;
   double *y = work, *e = work + m, *speed = e + m;
   uint8_t *keep = (uint8_t *)(speed + m);
@@ -149,16 +140,14 @@ static void score_segment(const tl_score_settings *s, const tl_lowpass *f, const
   }
 }
 
-size_t tl_score_workspace(size_t n)
-{
+size_t tl_score_workspace(size_t n) {
   /* three series and a mask on the longest grid: no step within a segment exceeds five median steps */
   return 4 * ((size_t)TL_GAP_STEPS * n + 2);
 }
 
-tl_status tl_score(const tl_score_settings *s, const double *t_s, const uint8_t *valid, const double *measured,
-                   const double *predicted, const double *speed, size_t n, double *work, size_t work_n,
-                   tl_score_result *out)
-{
+tl_status tl_score(const tl_score_settings *s, const double *t_s, const uint8_t *valid,
+                   const double *measured, const double *predicted, const double *speed, size_t n,
+                   double *work, size_t work_n, tl_score_result *out) {
   size_t cursor = 0;
   tl_segment part;
   sums sum = {0.0, 0.0, 0.0, 0, 0};

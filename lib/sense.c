@@ -13,26 +13,23 @@
 #define VELOCITY_LENGTH 0.32 /* the same 10 % for the first derivative of an order-2 window */
 #define LEAST_ROWS 7
 #define VELOCITY_LEAST_ROWS 5
-#define SURE 5.0             /* standard deviations of the quick velocity that tell motion from noise */
-#define SMALL_SPEED 0.01     /* of the speed's 95th percentile, where the score names no standstill */
+#define SURE 5.0         /* standard deviations of the quick velocity that tell motion from noise */
+#define SMALL_SPEED 0.01 /* of the speed's 95th percentile, where the score names no standstill */
 #define RESOLUTION_QUANTILE 0.001
 #define SQRT_12 3.4641016151377544
 #define MAD_TO_SIGMA 1.4826022185056018 /* median absolute deviation of a normal variable */
 
-size_t tl_sense_workspace(size_t n)
-{
+size_t tl_sense_workspace(size_t n) {
   return tl_reconstruct_workspace(n) + 2 * n;
 }
 
 /* whole window of 2 k + 1 rows, its edges between samples so that jitter does not move them */
-static tl_window rows_window(int order, double half_rows, double step_s)
-{
+static tl_window rows_window(int order, double half_rows, double step_s) {
   tl_window w = {order, (2.0 * half_rows + 0.5) * step_s};
   return w;
 }
 
-static tl_window default_window(int angle, double lowpass_hz, double step_s)
-{
+static tl_window default_window(int angle, double lowpass_hz, double step_s) {
   double length = (angle ? 1.0 : VELOCITY_LENGTH) / (lowpass_hz * step_s), half, least;
 
   half = floor(0.5 * length + 0.5 - 1e-9);
@@ -41,8 +38,7 @@ static tl_window default_window(int angle, double lowpass_hz, double step_s)
 }
 
 /* k-th smallest of x by selection; n >= 1 */
-static double quantile(double *x, size_t n, double share)
-{
+static double quantile(double *x, size_t n, double share) {
   size_t gap, i, k = (size_t)(share * (double)(n - 1));
 
   /* Shell's sort: short, in place, and n is a few thousand */
@@ -57,8 +53,7 @@ static double quantile(double *x, size_t n, double share)
 }
 
 /* the smallest change that the recording shows: its resolution */
-static double resolution(const double *x, size_t n, double *work)
-{
+static double resolution(const double *x, size_t n, double *work) {
   size_t i, count = 0;
 
   for (i = 1; i < n; i++)
@@ -68,9 +63,8 @@ static double resolution(const double *x, size_t n, double *work)
 
 /* standard deviation of what the window leaves of x, robust against the few places where it
  * bends too sharply, freed from the share that the window itself takes in */
-static tl_status residual_noise(const tl_window *w, const tl_block *s, const double *x, double step_s, double *work,
-                                size_t work_n, double *out)
-{
+static tl_status residual_noise(const tl_window *w, const tl_block *s, const double *x, double step_s,
+                                double *work, size_t work_n, double *out) {
   double *fit = work, *rest = work + 2 * s->n, own;
   size_t i, rows = (size_t)(w->length_s / step_s) | 1u, half;
   tl_status status = tl_reconstruct(w, s->t_s, x, s->n, fit, NULL, NULL, rest, work_n - 2 * s->n);
@@ -89,8 +83,7 @@ static tl_status residual_noise(const tl_window *w, const tl_block *s, const dou
 }
 
 /* standard deviation of the quick velocity of 2 k + 1 rows for unit noise */
-static double quick_gain(int half_rows, double step_s)
-{
+static double quick_gain(int half_rows, double step_s) {
   double sum = 0.0;
   int k;
 
@@ -99,8 +92,8 @@ static double quick_gain(int half_rows, double step_s)
 }
 
 /* the shortest quick window whose noise stays clear of what counts as standstill */
-static void choose_quick(tl_sensing *s, const tl_score_settings *score, double wanted, double noise, double step_s)
-{
+static void choose_quick(tl_sensing *s, const tl_score_settings *score, double wanted, double noise,
+                         double step_s) {
   int half = 1, most = (int)(0.25 / (score->lowpass_hz * step_s));
 
   while (half < most && SURE * noise * quick_gain(half, step_s) > wanted) half++;
@@ -110,8 +103,7 @@ static void choose_quick(tl_sensing *s, const tl_score_settings *score, double w
 }
 
 /* 95th percentile of the joint's speed by differences of the recorded angle */
-static double usual_speed(const tl_block *s, const double *x, double ratio, double *work)
-{
+static double usual_speed(const tl_block *s, const double *x, double ratio, double *work) {
   size_t i;
 
   for (i = 1; i < s->n; i++) work[i - 1] = fabs((x[i] - x[i - 1]) / (s->t_s[i] - s->t_s[i - 1]) / ratio);
@@ -119,8 +111,7 @@ static double usual_speed(const tl_block *s, const double *x, double ratio, doub
 }
 
 /* d motor / d joint at the middle of the sample */
-static double typical_ratio(const tl_model *m, int joint, const double *x, size_t n)
-{
+static double typical_ratio(const tl_model *m, int joint, const double *x, size_t n) {
   const tl_transmission *t = &m->drive[joint].transmission;
   double sum = 0.0, ratio, slope;
   size_t i;
@@ -132,8 +123,7 @@ static double typical_ratio(const tl_model *m, int joint, const double *x, size_
 }
 
 tl_status tl_sense(const tl_model *m, const tl_layout *layout, int joint, const tl_score_settings *score,
-                   double step_s, const tl_block *sample, double *work, size_t work_n, tl_sensing *out)
-{
+                   double step_s, const tl_block *sample, double *work, size_t work_n, tl_sensing *out) {
   int angle = layout->position[joint] != TL_CHANNEL_COUNT;
   const double *x = sample->channel[angle ? layout->position[joint] : layout->velocity[joint]];
   double ratio, least, wanted;

@@ -4,12 +4,11 @@
 #include <math.h>
 #include <string.h>
 
-#define EVEN 1e-6      /* steps that agree to this share of a step count as even */
-#define LANES 4        /* outputs that the even kernel computes at once */
-#define FIT_ARRAYS 3   /* arrays of one value a sample that tl_window_fit needs */
+#define EVEN 1e-6    /* steps that agree to this share of a step count as even */
+#define LANES 4      /* outputs that the even kernel computes at once */
+#define FIT_ARRAYS 3 /* arrays of one value a sample that tl_window_fit needs */
 
-size_t tl_reconstruct_workspace(size_t samples)
-{
+size_t tl_reconstruct_workspace(size_t samples) {
   return FIT_ARRAYS * samples + 3 * samples;
 }
 
@@ -23,8 +22,7 @@ typedef struct basis {
   double value[3], previous_value[3];
 } basis;
 
-static double dot(const double *a, const double *b, size_t n)
-{
+static double dot(const double *a, const double *b, size_t n) {
   double s0 = 0.0, s1 = 0.0;
   size_t i;
 
@@ -37,8 +35,7 @@ static double dot(const double *a, const double *b, size_t n)
 }
 
 /* the constant polynomial on nodes (t - at) / scale */
-static void basis_begin(basis *b, const double *t_s, size_t n, double at_s, double scale, double *work)
-{
+static void basis_begin(basis *b, const double *t_s, size_t n, double at_s, double scale, double *work) {
   size_t i;
 
   b->n = n;
@@ -57,8 +54,7 @@ static void basis_begin(basis *b, const double *t_s, size_t n, double at_s, doub
   memset(b->previous_value, 0, sizeof b->previous_value);
 }
 
-static void basis_next(basis *b, int first)
-{
+static void basis_next(basis *b, int first) {
   double alpha = 0.0, beta = first ? 0.0 : b->norm / b->previous_norm, next[3], *swap;
   size_t i;
 
@@ -78,15 +74,13 @@ static void basis_next(basis *b, int first)
 }
 
 /* the nodes' scale: half the window's length, so that they lie about [-1, 1] */
-static double node_scale(const double *t_s, size_t n)
-{
+static double node_scale(const double *t_s, size_t n) {
   double half = 0.5 * (t_s[n - 1] - t_s[0]);
   return half > 0.0 ? half : 1.0;
 }
 
 tl_status tl_window_fit(const double *t_s, const double *x, size_t n, double at_s, int order, double *work,
-                        double out[3])
-{
+                        double out[3]) {
   double sum[3] = {0.0, 0.0, 0.0}, scale;
   basis b;
   int k, d;
@@ -107,8 +101,8 @@ tl_status tl_window_fit(const double *t_s, const double *x, size_t n, double at_
   return TL_OK;
 }
 
-tl_status tl_window_weights(const double *t_s, size_t n, double at_s, int order, double *work, double *weight)
-{
+tl_status tl_window_weights(const double *t_s, size_t n, double at_s, int order, double *work,
+                            double *weight) {
   double scale, unit[3];
   basis b;
   size_t i;
@@ -148,8 +142,7 @@ typedef struct sliding {
 /* Rows [*first, *last) of the window at row i: within half a length of its
  * time, moved inside at the ends, never fewer than order + 1. The bounds only move
  * forward from one row to the next. */
-static void window_rows(const sliding *s, size_t i, size_t *first, size_t *last)
-{
+static void window_rows(const sliding *s, size_t i, size_t *first, size_t *last) {
   double edge = 0.5 * s->w->length_s, half = edge * (1.0 + 1e-9), at = s->t_s[i];
   double low = s->t_s[0] + edge, high = s->t_s[s->n - 1] - edge;
   size_t least = (size_t)s->w->order + 1;
@@ -169,8 +162,7 @@ static void window_rows(const sliding *s, size_t i, size_t *first, size_t *last)
   }
 }
 
-static void store(const sliding *s, size_t i, const double value[3])
-{
+static void store(const sliding *s, size_t i, const double value[3]) {
   int d;
 
   for (d = 0; d < 3; d++)
@@ -178,22 +170,21 @@ static void store(const sliding *s, size_t i, const double value[3])
 }
 
 /* the window at row i, by its own fit at the true times */
-static tl_status fit_row(const sliding *s, size_t i, size_t *first, size_t *last)
-{
+static tl_status fit_row(const sliding *s, size_t i, size_t *first, size_t *last) {
   double value[3];
   tl_status status;
 
   window_rows(s, i, first, last);
   if (*last - *first > s->room) return TL_ERR_WORKSPACE;
-  status = tl_window_fit(s->t_s + *first, s->x + *first, *last - *first, s->t_s[i], s->w->order, s->work, value);
+  status =
+      tl_window_fit(s->t_s + *first, s->x + *first, *last - *first, s->t_s[i], s->w->order, s->work, value);
   if (status == TL_OK) store(s, i, value);
   return status;
 }
 
 /* LANES outputs of a symmetric kernel of 2 half + 1 weights at once: value and
  * second derivative have even weights, the first derivative odd ones */
-static void even_lanes(const sliding *s, const double *weight, size_t half, size_t i)
-{
+static void even_lanes(const sliding *s, const double *weight, size_t half, size_t i) {
   const double *w0 = weight + half, *w1 = w0 + 2 * half + 1, *w2 = w1 + 2 * half + 1, *x = s->x + i;
   double a0[LANES], a1[LANES], a2[LANES];
   size_t j, l;
@@ -216,8 +207,7 @@ static void even_lanes(const sliding *s, const double *weight, size_t half, size
 }
 
 /* rows [begin, end) whose windows of `half` samples to each side are even */
-static void even_rows(const sliding *s, size_t begin, size_t end, size_t half)
-{
+static void even_rows(const sliding *s, size_t begin, size_t end, size_t half) {
   size_t count = 2 * half + 1, i;
   double *weight = s->work + FIT_ARRAYS * count;
 
@@ -229,8 +219,7 @@ static void even_rows(const sliding *s, size_t begin, size_t end, size_t half)
 }
 
 /* end of the run of even steps that begins at row i */
-static size_t even_run(const sliding *s, size_t i)
-{
+static size_t even_run(const sliding *s, size_t i) {
   double step = i + 1 < s->n ? s->t_s[i + 1] - s->t_s[i] : 0.0;
   size_t j = i + 1;
 
@@ -239,15 +228,13 @@ static size_t even_run(const sliding *s, size_t i)
 }
 
 /* samples to each side of the window's centre at this step */
-static size_t half_samples(const tl_window *w, double step)
-{
+static size_t half_samples(const tl_window *w, double step) {
   size_t half = (size_t)(0.5 * w->length_s * (1.0 + 1e-9) / step), least = ((size_t)w->order + 1) / 2;
   return half < least ? least : half;
 }
 
 tl_status tl_reconstruct(const tl_window *w, const double *t_s, const double *x, size_t n, double *position,
-                         double *velocity, double *acceleration, double *work, size_t work_n)
-{
+                         double *velocity, double *acceleration, double *work, size_t work_n) {
   sliding s = {w, t_s, x, n, {position, velocity, acceleration}, work, work_n / tl_reconstruct_workspace(1)};
   size_t i = 0, first = 0, last = 0;
 

@@ -330,7 +330,7 @@ tl_status tl_simulate(const tl_model *m, tl_torque_law law, const void *context,
   plant p = {m, law, context, 0};
   point x;
   double last_change_s = -HUGE_VAL;
-  int changed, crowded = 0;
+  int changed = 0, crowded = 0;
   tl_status status;
 
   if (!m || !law || !s || !(step_s > 0.0) || !(until_s >= s->t_s)) return TL_ERR_ARGUMENT;

@@ -15,30 +15,28 @@
 #define PIECE_ROWS 4 /* a piece of motion with fewer rows belongs to the stop around it */
 #define PARABOLA 3   /* rows before the stop that tell when it begins */
 
-static int direction(double velocity, double standstill)
-{
+static int direction(double velocity, double standstill) {
   if (fabs(velocity) < standstill) return 0;
   return velocity > 0.0 ? 1 : velocity < 0.0 ? -1 : 0;
 }
 
 /* instant at which the joint comes to rest after its last moving row a: the vertex of the
  * parabola through the rows before it, or that row's own time when they do not slow down */
-static double rest_time(const double *t_s, const double *angle, size_t n, size_t a)
-{
+static double rest_time(const double *t_s, const double *angle, size_t n, size_t a) {
   double work[3 * PARABOLA], fit[3], from, to, at;
 
   if (!angle || a < PARABOLA + 1) return t_s[a];
   from = t_s[a - 1];
   to = t_s[a + 1 < n ? a + 1 : a];
-  if (tl_window_fit(t_s + a - PARABOLA, angle + a - PARABOLA, PARABOLA, from, 2, work, fit) != TL_OK) return t_s[a];
+  if (tl_window_fit(t_s + a - PARABOLA, angle + a - PARABOLA, PARABOLA, from, 2, work, fit) != TL_OK)
+    return t_s[a];
   if (!(fit[1] * fit[2] < 0.0)) return t_s[a];
   at = from - fit[1] / fit[2];
   return at > to ? to : at;
 }
 
 /* a stop between the moving rows a and b (TL_NO_ROW: outside the block) */
-static tl_stop make_stop(const double *t_s, const double *angle, size_t n, size_t a, size_t b)
-{
+static tl_stop make_stop(const double *t_s, const double *angle, size_t n, size_t a, size_t b) {
   tl_stop s = {a, b, t_s[0]};
 
   if (a == TL_NO_ROW) return s;
@@ -48,8 +46,7 @@ static tl_stop make_stop(const double *t_s, const double *angle, size_t n, size_
 }
 
 /* append a stop, or let the last one grow over a piece too short to be motion */
-static size_t append(tl_stop *stop, size_t stops, tl_stop next)
-{
+static size_t append(tl_stop *stop, size_t stops, tl_stop next) {
   size_t piece_begin = stops ? stop[stops - 1].after : 0;
   int too_short = next.before == TL_NO_ROW || next.before + 1 < piece_begin + PIECE_ROWS;
 
@@ -62,9 +59,8 @@ static size_t append(tl_stop *stop, size_t stops, tl_stop next)
   return stops;
 }
 
-size_t tl_find_stops(const double *t_s, const double *angle, const double *velocity, size_t n, double standstill,
-                     tl_stop *stop)
-{
+size_t tl_find_stops(const double *t_s, const double *angle, const double *velocity, size_t n,
+                     double standstill, tl_stop *stop) {
   size_t last = TL_NO_ROW, i, stops = 0;
 
   for (i = 0; i < n; i++) {
@@ -72,7 +68,8 @@ size_t tl_find_stops(const double *t_s, const double *angle, const double *veloc
     int cut;
 
     if (now == 0) continue;
-    cut = last == TL_NO_ROW ? i > QUIET_ROWS : now != direction(velocity[last], standstill) || i - last > QUIET_ROWS;
+    cut = last == TL_NO_ROW ? i > QUIET_ROWS
+                            : now != direction(velocity[last], standstill) || i - last > QUIET_ROWS;
     if (cut) stops = append(stop, stops, make_stop(t_s, angle, n, last, i));
     last = i;
   }
@@ -84,15 +81,13 @@ size_t tl_find_stops(const double *t_s, const double *angle, const double *veloc
   return stops;
 }
 
-static double sign_of(double x)
-{
+static double sign_of(double x) {
   return x > 0.0 ? 1.0 : x < 0.0 ? -1.0 : 0.0;
 }
 
 /* share of the way from one side of a stop to the other: a short stop passes from sign to
  * sign in one ramp; in a hold each side's friction fades within half the bridge's time */
-static double stop_slip(const tl_stop *s, const double *t_s, double before, double after, double at)
-{
+static double stop_slip(const tl_stop *s, const double *t_s, double before, double after, double at) {
   double end_s = s->after == TL_NO_ROW ? 0.0 : t_s[s->after], fade = 0.5 * TL_BRIDGE_S, left, right;
 
   if (s->before != TL_NO_ROW && s->after != TL_NO_ROW && end_s - s->begin_s < TL_BRIDGE_S) {
@@ -105,14 +100,12 @@ static double stop_slip(const tl_stop *s, const double *t_s, double before, doub
 }
 
 /* sign of the motion on rows [begin, end): that of its middle, never of an extrapolated edge */
-static double piece_sign(const double *velocity, size_t begin, size_t end)
-{
+static double piece_sign(const double *velocity, size_t begin, size_t end) {
   return begin < end ? sign_of(velocity[begin + (end - begin) / 2]) : 0.0;
 }
 
-void tl_slip_through_stops(const double *t_s, const double *velocity, size_t n, const tl_stop *stop, size_t stops,
-                           double *slip)
-{
+void tl_slip_through_stops(const double *t_s, const double *velocity, size_t n, const tl_stop *stop,
+                           size_t stops, double *slip) {
   size_t k, i = 0;
 
   for (k = 0; k <= stops; k++) {

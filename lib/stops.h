@@ -6,12 +6,12 @@
 
 /* Stops of a joint from its angle (or any quantity proportional to it near the stop) and its quick velocity; writes at most n,
  * returns how many. Nullable: angle (velocity was recorded, then a stop begins at its last moving row). */
-size_t tl_find_stops(const double *t_s, const double *angle, const double *velocity, size_t n, double standstill,
-                     tl_stop *stop);
+size_t tl_find_stops(const double *t_s, const double *angle, const double *velocity, size_t n,
+                     double standstill, tl_stop *stop);
 
 /* Direction of friction at every row: the sign of the piece's velocity while sliding, a
  * ramp in time from the sign before to the sign after through a stop. */
-void tl_slip_through_stops(const double *t_s, const double *velocity, size_t n, const tl_stop *stop, size_t stops,
-                           double *slip);
+void tl_slip_through_stops(const double *t_s, const double *velocity, size_t n, const tl_stop *stop,
+                           size_t stops, double *slip);
 
 #endif

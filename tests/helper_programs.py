@@ -1,8 +1,8 @@
 """The small programs of tests/programs/, which show what apps/common/ does.
 
-    from helper_programs import helper
+from helper_programs import helper
 
-    done = helper("model_copy", path, status=2)
+done = helper("model_copy", path, status=2)
 """
 
 import subprocess

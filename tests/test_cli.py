@@ -15,9 +15,11 @@ def said(*arguments):
 def test_options_of_every_kind():
     assert said("-m", "a.yaml", "r1") == ["a.yaml", "none", "0.5", "0", "1", "r1"]
     everything = ["a.yaml", "n", "-2.5", "1", "18446744073709551615", "r1 r2"]
-    assert said("--model=a.yaml", "--note", "n", "--width", "-2.5", "--quick", "--seed", "18446744073709551615",
-                "r1", "r2") == everything  # fmt: skip
-    assert said("r1", "-qw", "-2.5", "r2", "--seed=18446744073709551615", "--note=n", "-ma.yaml") == everything
+    assert said("--model=a.yaml", "--note", "n", "--width", "-2.5", "--quick", "--seed",
+                "18446744073709551615",                "r1", "r2") == everything  # fmt: skip
+    assert (
+        said("r1", "-qw", "-2.5", "r2", "--seed=18446744073709551615", "--note=n", "-ma.yaml") == everything
+    )
     assert said("-m", "a.yaml", "--", "--note")[5] == "--note"
     assert said("--mod", "a.yaml", "r1")[0] == "a.yaml"  # what is unambiguous may be cut short
 
@@ -28,8 +30,8 @@ def test_help_and_version():
         text = done.stdout.decode()
         assert done.stderr == b""
         assert text.startswith("usage: cli_demo --model M.yaml [OPTION...] REC.csv...\n")
-        for piece in ("-m, --model M.yaml", "--note TEXT", "-w, --width SECONDS", "-q, --quick", "--seed N", "--help",
-                      "--version", "shows what it was told", "The end."):  # fmt: skip
+        for piece in ("-m, --model M.yaml", "--note TEXT", "-w, --width SECONDS", "-q, --quick", "--seed N",
+                      "--help", "--version", "shows what it was told", "The end."):  # fmt: skip
             assert piece in text
         assert max(map(len, text.splitlines())) < 100
     header = (REPOSITORY / "include/talus/version.h").read_text()

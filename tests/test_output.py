@@ -141,8 +141,8 @@ def random_doubles(n):
         lambda: float(generator.randint(-(10**12), 10**12)),
     ]
     values = [generator.choice(kinds)() for _ in range(n)]
-    edges = [0.0, -0.0, 1e-5, 9.9999999999949e-6, 1e12, 999999999999.5, 99999999999.95, 5e-324, 1.7976931348623157e308,
-             0.1, 1 / 3, 2 / 3, 123456789012.0, 1e22, 1e23]  # fmt: skip
+    edges = [0.0, -0.0, 1e-5, 9.9999999999949e-6, 1e12, 999999999999.5, 99999999999.95, 5e-324,
+             1.7976931348623157e308,             0.1, 1 / 3, 2 / 3, 123456789012.0, 1e22, 1e23]  # fmt: skip
     return [x for x in values + edges if math.isfinite(x)]
 
 

@@ -73,7 +73,9 @@ def random_decimals(seed, n):
     def of_digits():
         digits = "".join(generator.choice("0123456789") for _ in range(generator.randint(1, 30)))
         point = generator.randint(0, len(digits))
-        exponent = generator.choice(["", "", f"e{generator.randint(-340, 310)}", f"E+{generator.randint(0, 25)}"])
+        exponent = generator.choice(
+            ["", "", f"e{generator.randint(-340, 310)}", f"E+{generator.randint(0, 25)}"]
+        )
         return generator.choice(["", "-", "+"]) + digits[:point] + "." + digits[point:] + exponent
 
     def of_recording():
@@ -116,7 +118,8 @@ def test_decimals_of_every_length(tmp_path):
 @pytest.mark.parametrize(
     ("text", "expected"),
     [
-        ("", "nan"), ("-", "nan"), (".", "nan"), ("e5", "nan"), ("-.e1", "nan"), ("abc", "nan"), ("0x10", "rest"),
+        ("", "nan"), ("-", "nan"), (".", "nan"), ("e5", "nan"), ("-.e1", "nan"),
+        ("abc", "nan"), ("0x10", "rest"),
         ("1e", "rest"), ("1e+", "rest"), ("1_0", "rest"), ("1,5", "rest"), ("1.5.2", "rest"), ("nan", "inf"),
         ("-NaN", "inf"), ("Infinity", "inf"), ("-inf", "inf"), ("1e999", "inf"), (".5", bits(0.5)),
         ("5.", bits(5.0)), ("-0", bits(-0.0)), ("0e999999999999", bits(0.0)), ("1e-999999999999", bits(0.0)),
@@ -203,7 +206,12 @@ def test_blanks_mark_and_comments(tmp_path):
     values = table(120, 3)
     lines = csv(SLIDER, values).splitlines()
     rows = ["\t" + line.replace(",", " , ") + "  " for line in lines[1:]]
-    text = "\ufeff# made by hand\n\n" + " time_s ,slider_m,\tslider_force_N\n" + "\n".join(rows) + "\n# end\n\n \t\n"
+    text = (
+        "\ufeff# made by hand\n\n"
+        + " time_s ,slider_m,\tslider_force_N\n"
+        + "\n".join(rows)
+        + "\n# end\n\n \t\n"
+    )
     _, columns, _ = read("slider", write(tmp_path, text))
     for name, column in zip(SLIDER, values.T, strict=True):
         assert columns[name].tobytes() == column.tobytes()
@@ -290,7 +298,8 @@ def refused(folder, lines, plant="slider", end="\n"):
 @pytest.mark.parametrize("line", [1, 57, 120])
 @pytest.mark.parametrize(("field", "words"), [
     ("abc", "'abc' is not a number"), ("", "the field is empty"), ("  ", "the field is empty"),
-    ("nan", "'nan' is not a finite number"), ("-inf", "not a finite number"), ("1e999", "not a finite number"),
+    ("nan", "'nan' is not a finite number"),
+    ("-inf", "not a finite number"), ("1e999", "not a finite number"),
     ("1.2.3", "'1.2.3' is not a number"), ("0x12", "not a number"), ('"1.5"', "not a number"),
     ("1;5", "'1;5' is not a number"), ("1\x01", "'1?' is not a number"), ("9" * 2000, "not a number"),
 ], ids=lambda text: text[:12].replace("\x01", "?"))  # fmt: skip
@@ -337,14 +346,18 @@ def test_time_must_rise_from_block_to_block(tmp_path, row):
     lines += [f"{0.001 * i:013.6f},{i % 7:+.5f},{i % 5:+.5f}" for i in range(40_000)]
     assert {len(line) for line in lines} == {31}
     lines[row + 1] = lines[row]
-    assert refused(tmp_path, lines).startswith(f"rec.csv:{row + 2}: time_s stands still at {0.001 * (row - 1):.6g}")
+    assert refused(tmp_path, lines).startswith(
+        f"rec.csv:{row + 2}: time_s stands still at {0.001 * (row - 1):.6g}"
+    )
 
 
 def test_valid_is_0_or_1(tmp_path):
     values = table(120, 4)
     values[:, 3] = 1
     values[70, 3] = 2
-    assert refused(tmp_path, csv([*SLIDER, "valid"], values).encode()) == "rec.csv:72: valid: 2, expected 0 or 1"
+    assert (
+        refused(tmp_path, csv([*SLIDER, "valid"], values).encode()) == "rec.csv:72: valid: 2, expected 0 or 1"
+    )
 
 
 @pytest.mark.parametrize(("plant", "names", "words"), [
@@ -352,8 +365,8 @@ def test_valid_is_0_or_1(tmp_path):
     ("leg", LEG[:3], "missing column: ankle_joint_rad, knee_current_A, ankle_current_A (a leg's"),
     ("slider", ["time", "slider_m", "slider_force_N"], "missing column: time_s"),
     ("slider", ["Time_s", "slider_m", "slider_force_N"], "missing column: time_s"),
-    ("pendulum", ["time_s", "joint_current_A"], "missing column: joint_rad or joint_velocity_rad_s (a pendulum's"),
-    ("pendulum", ["time_s", "joint_rad", "joint_temp_C"], "missing column: joint_current_A or joint_torque_Nm"),
+    ("pendulum", ["time_s", "joint_current_A"], "missing column: joint_rad or joint_velocity_rad_s (a"),
+    ("pendulum", ["time_s", "joint_rad"], "missing column: joint_current_A or joint_torque_Nm"),
     ("slider", [*SLIDER, "slider_m"], "column slider_m stands twice"),
 ])  # fmt: skip
 def test_header_faults(tmp_path, plant, names, words):
@@ -422,7 +435,9 @@ def test_truncated_or_damaged_gzip(tmp_path):
 
 
 def test_unreadable_files(tmp_path):
-    assert complaint("recording_read", "slider", tmp_path / "none.csv").endswith("none.csv: No such file or directory")
+    assert complaint("recording_read", "slider", tmp_path / "none.csv").endswith(
+        "none.csv: No such file or directory"
+    )
     assert complaint("recording_read", "slider", tmp_path).endswith(": is a directory, expected a file")
     odd = tmp_path / "a\nb.csv"
     odd.write_text("x\n")
@@ -439,7 +454,9 @@ def test_no_room_for_the_temporary_file(tmp_path):
     def small_files():
         resource.setrlimit(resource.RLIMIT_FSIZE, (100_000, 100_000))
 
-    message = complaint("recording_read", "slider", path, status=1, preexec_fn=small_files, restore_signals=False)
+    message = complaint(
+        "recording_read", "slider", path, status=1, preexec_fn=small_files, restore_signals=False
+    )
     assert message.startswith("cannot write a temporary file in ")
 
 
@@ -466,7 +483,7 @@ def test_random_damage_never_crashes(tmp_path):
         assert done.returncode in (0, 2), (done.returncode, done.stderr)
         if done.returncode == 2:
             refusals += 1
-            lines = [line for line in done.stderr.decode().splitlines() if "note: " not in line]
+            lines = done.stderr.decode().splitlines()
             assert len(lines) == 1 and lines[0].startswith("recording_read: ")
     assert refusals > 100
 

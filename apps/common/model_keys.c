@@ -1,6 +1,7 @@
 /* model_keys.c: what may stand in a model file, plant by plant. */
 #include "model_keys.h"
 
+#include <math.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -222,4 +223,34 @@ int model_key_offset(tl_plant plant, const char *dotted, size_t *offset) {
   if (!found || found->offset >= PLACE(model) + sizeof(tl_model)) return -1;
   *offset = found->offset - PLACE(model);
   return 0;
+}
+
+/* in this table or one of its sections; `key` holds the sections' names and a point so far */
+static const char *find_fault(const struct model_draft *draft, const struct yaml_entry *entry, size_t entries,
+                              char *key, size_t size) {
+  const size_t before = strlen(key);
+  for (size_t i = 0; i < entries; i++) {
+    const char *fault = NULL;
+    double x;
+    snprintf(key + before, size - before, "%s%s", entry[i].key, entry[i].map ? "." : "");
+    if (entry[i].map) fault = find_fault(draft, entry[i].map, entry[i].entries, key, size);
+    if (entry[i].read == yaml_read_number) {
+      memcpy(&x, (const char *)draft + entry[i].offset, sizeof x);
+      fault = isfinite(x) ? yaml_range_fault(entry[i].range, x) : "a finite number";
+    }
+    if (fault) return fault;
+  }
+  key[before] = '\0';
+  return NULL;
+}
+
+const char *model_find_fault(const struct model_file *file, char *key, size_t size) {
+  struct model_draft draft = {.file = *file};
+  size_t entries;
+  const struct yaml_entry *table = model_keys(file->model.plant, &entries);
+  /* what the file will not say cannot be wrong */
+  if (!file->has_score) draft.file.score = tl_score_defaults();
+  if (!file->has_window) draft.file.window.length_s = 1.0;
+  key[0] = '\0';
+  return find_fault(&draft, table, entries, key, size);
 }

@@ -18,6 +18,10 @@ const struct yaml_entry *model_keys(tl_plant plant, size_t *entries);
 /* The place in tl_model of a dotted key such as "knee.friction.coulomb_Nm"; 0 and *offset, or -1. */
 int model_key_offset(tl_plant plant, const char *dotted, size_t *offset);
 
+/* The first number of a model that is out of its range: its dotted key into `key`, how it
+ * should be as the answer; NULL when all are in their ranges. */
+const char *model_find_fault(const struct model_file *file, char *key, size_t size);
+
 /* Reads draft->bounds, once everything else is in place. */
 int model_read_bounds(struct yaml_file *yaml, struct model_draft *draft, struct app_error *error);
 /* Reads a transmission's mapping into the tl_transmission at the entry's offset. */

@@ -135,20 +135,24 @@ static void put_bounds(struct output *out, const struct model_file *file) {
 }
 
 /* Can every number be written and read again? */
-static int check(const struct model_file *file, struct app_error *error) {
+static int check(const char *path, const struct model_file *file, struct app_error *error) {
   const tl_model *m = &file->model;
+  char key[128];
+  const char *name = path ? path : "standard output";
+  const char *expected = model_find_fault(file, key, sizeof key);
+  if (expected) return app_fail(error, APP_FAILED, "%s: not written: %s is not %s", name, key, expected);
   if (tl_model_check(m) != TL_OK)
-    return app_fail(error, APP_FAILED, "the model is out of its physical range and was not written");
+    return app_fail(error, APP_FAILED, "%s: not written: the model is out of its physical range", name);
   for (int j = 0; j < tl_joint_count(m); j++)
     if (m->drive[j].transmission.kind == TL_TRANSMISSION_TABLE)
-      return app_fail(error, APP_FAILED, "a model with a table as transmission has no file format");
+      return app_fail(error, APP_FAILED, "%s: not written: a table as transmission has no file format", name);
   return 0;
 }
 
 int model_file_write(const char *path, const struct model_file *file, const char *comment,
                      struct app_error *error) {
   const tl_model *m = &file->model;
-  if (check(file, error) != 0) return -1;
+  if (check(path, file, error) != 0) return -1;
   struct output *out = output_open(path, error);
   if (!out) return -1;
   put_comment(out, comment);

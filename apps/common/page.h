@@ -1,6 +1,6 @@
 /* page.h: a report as one HTML page that needs nothing besides itself.
  *
- *     struct page *page = page_new("Identification of walk.csv", "The model now explains the knee to 2.1 %.");
+ *     struct page *page = page_new("Identification of walk.csv", "The model explains the knee to 2.1 %.");
  *     const char *const columns[] = {"joint", "nominal", "identified"};
  *     page_table(page, "Error", columns, 3);
  *     page_table_row(page, cells);

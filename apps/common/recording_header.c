@@ -120,6 +120,6 @@ int layout_read(struct layout *layout, const char *path, tl_plant plant, const c
     c++;
   }
   if (check_complete(layout, &set, line, error) != 0) return -1;
-  if (unknown.used) app_note("%s: columns not known and not read: %s", path, unknown.text);
+  memcpy(layout->unknown, unknown.text, sizeof layout->unknown);
   return 0;
 }

@@ -23,12 +23,13 @@ struct layout {
   int8_t slot_of[TL_CHANNEL_COUNT];     /* a channel's place in a row, -1 where it is missing */
   tl_channel channel[TL_CHANNEL_COUNT]; /* of each place */
   size_t width;                         /* places in a row */
+  char unknown[600];                    /* names of the fields that are not read, for a note */
 };
 
 /* The field that begins at `c`; it ends at a comma or at `line_end`, and *next is that place. */
 struct field layout_field(const char *c, const char *line_end, const char **next);
 
-/* Reads the header line [c, end), number `line`; prints the note about unknown columns. */
+/* Reads the header line [c, end), number `line`. */
 int layout_read(struct layout *layout, const char *path, tl_plant plant, const char *c, const char *end,
                 size_t line, struct app_error *error);
 

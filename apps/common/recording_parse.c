@@ -265,10 +265,16 @@ static int check_length(const struct parser *p, struct app_error *error) {
   if (r->rows < RECORDING_MIN_ROWS)
     return app_fail(error, APP_BAD_INPUT, "%s: %zu samples, expected at least %d", path, r->rows,
                     RECORDING_MIN_ROWS);
+  return 0;
+}
+
+/* only of a recording that is sound: a failure is one line and nothing else */
+static void print_notes(const struct parser *p) {
+  const char *path = p->recording->layout.path, *unknown = p->recording->layout.unknown;
+  if (unknown[0]) app_note("%s: columns not known and not read: %s", path, unknown);
   if (p->unterminated)
     app_note("%s: the last line has no newline; if the file was cut there, its last number may be wrong",
              path);
-  return 0;
 }
 
 static int parse_file(struct parser *p, struct worker *w, struct app_error *error) {
@@ -281,6 +287,7 @@ static int parse_file(struct parser *p, struct worker *w, struct app_error *erro
   }
   if (check_length(p, error) != 0) return -1;
   p->recording->step_s = step_median_value(p->median);
+  print_notes(p);
   return 0;
 }
 

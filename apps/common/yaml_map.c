@@ -212,7 +212,7 @@ static int parse_number(struct yaml_file *file, const yaml_node_t *node, double 
   return 0;
 }
 
-static const char *range_fault(enum yaml_range range, double x) {
+const char *yaml_range_fault(enum yaml_range range, double x) {
   switch (range) {
   case YAML_ANY: return NULL;
   case YAML_POSITIVE: return x > 0.0 ? NULL : "a number above 0";
@@ -226,7 +226,7 @@ int yaml_read_number(struct yaml_file *file, yaml_node_t *node, const struct yam
                      struct app_error *error) {
   double x = 0.0;
   if (parse_number(file, node, &x, error) != 0) return -1;
-  const char *expected = range_fault(entry->range, x);
+  const char *expected = yaml_range_fault(entry->range, x);
   if (expected) return wrong_type(file, node, expected, error);
   memcpy((char *)target + entry->offset, &x, sizeof x);
   return 0;

@@ -70,6 +70,9 @@ int yaml_read_section(struct yaml_file *file, yaml_node_t *node, const struct ya
 int yaml_read_later(struct yaml_file *file, yaml_node_t *node, const struct yaml_entry *entry, void *target,
                     struct app_error *error);
 
+/* What a number in `range` must be, in words, when x is none; NULL when it is. */
+const char *yaml_range_fault(enum yaml_range range, double x);
+
 /* The text of a scalar that is to be a name; NULL, with the error filled, for any other node. */
 const char *yaml_text(struct yaml_file *file, const yaml_node_t *node, struct app_error *error);
 

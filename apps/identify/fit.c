@@ -7,8 +7,8 @@
 
 #include "swarm.h"
 
-#define BLOCK_S 0.5     /* residuals further apart than this count as independent */
-#define HUBER_K 1.345   /* 95 % efficiency on normal noise (Huber 1964) */
+#define BLOCK_S 0.5   /* residuals further apart than this count as independent */
+#define HUBER_K 1.345 /* 95 % efficiency on normal noise (Huber 1964) */
 #define HUBER_PASSES 12
 #define WIDEN_MOST 4
 
@@ -17,14 +17,14 @@
 struct folding {
   tl_factor *factor; /* one a joint */
   int joints;
-  const double *base;                /* NULL: plain least squares */
-  double scale[TL_MAX_JOINTS];       /* residual's scale for Huber's weights */
+  int robust; /* 1: Huber's weights at the base parameters `base` */
+  double base[TL_FACTOR_MAX];
+  double scale[TL_MAX_JOINTS]; /* residual's scale for Huber's weights */
   double *scratch, *weight;
   size_t room;
 };
 
-static int fold_room(struct folding *f, size_t n, struct app_error *error)
-{
+static int fold_room(struct folding *f, size_t n, struct app_error *error) {
   if (n <= f->room) return 0;
   free(f->scratch);
   free(f->weight);
@@ -35,30 +35,27 @@ static int fold_room(struct folding *f, size_t n, struct app_error *error)
 }
 
 /* square roots of Huber's weights at the current base parameters */
-static void huber_weights(const struct folding *f, const tl_rows *rows, int joint)
-{
+static void huber_weights(const struct folding *f, const tl_rows *rows, int joint) {
   for (size_t k = 0; k < rows->n; k++) {
     double e = fabs(tl_rows_residual(rows, f->base, k)), limit = HUBER_K * f->scale[joint];
     f->weight[k] = e > limit ? sqrt(limit / e) : 1.0;
   }
 }
 
-static int fold_part(const struct stream_part *part, void *context, struct app_error *error)
-{
+static int fold_part(const struct stream_part *part, void *context, struct app_error *error) {
   struct folding *f = context;
 
   for (int j = 0; j < f->joints; j++) {
     const tl_rows *rows = &part->space->rows[j];
     if (fold_room(f, rows->n ? rows->n : 1, error) != 0) return -1;
-    if (f->base) huber_weights(f, rows, j);
-    tl_rows_fold(rows, f->base ? f->weight : NULL, f->scratch, &f->factor[j]);
+    if (f->robust) huber_weights(f, rows, j);
+    tl_rows_fold(rows, f->robust ? f->weight : NULL, f->scratch, &f->factor[j]);
   }
   return 0;
 }
 
 static int fold_all(struct folding *f, const tl_model *model, struct stream *const *stream, int streams,
-                    struct app_error *error)
-{
+                    struct app_error *error) {
   int index[TL_MAX_ROW];
 
   for (int j = 0; j < f->joints; j++)
@@ -72,14 +69,14 @@ static int fold_all(struct folding *f, const tl_model *model, struct stream *con
 /* ---- the search ------------------------------------------------------------- */
 
 static int set_problem(struct fit *fit, const tl_model *model, const struct fit_settings *settings,
-                       const tl_factor *factor, struct app_error *error)
-{
+                       const tl_factor *factor, struct app_error *error) {
   tl_status status = tl_problem_init(&fit->problem, model, &settings->identify, factor);
 
   if (status == TL_OK) return 0;
   if (status == TL_ERR_TOO_SHORT)
-    return app_fail(error, APP_BAD_INPUT, "too few samples in motion: after standstill and the ends of segments are "
-                                          "left out, a joint has fewer rows than parameters");
+    return app_fail(error, APP_BAD_INPUT,
+                    "too few samples in motion: after standstill and the ends of segments are "
+                    "left out, a joint has fewer rows than parameters");
   return app_fail(error, APP_BAD_INPUT, "%s",
                   status == TL_ERR_RANGE ? "bounds: a lower bound lies above its upper one, or outside the "
                                            "parameter's physical range"
@@ -87,15 +84,13 @@ static int set_problem(struct fit *fit, const tl_model *model, const struct fit_
 }
 
 /* linear least squares for Huber's weights; iterated reweighting (Holland and Welsch 1977) */
-static int reweight(struct fit *fit, struct folding *f, const tl_model *model, const struct fit_settings *settings,
-                    struct stream *const *stream, int streams, struct app_error *error)
-{
-  double base[TL_FACTOR_MAX];
-
+static int reweight(struct fit *fit, struct folding *f, const tl_model *model,
+                    const struct fit_settings *settings, struct stream *const *stream, int streams,
+                    struct app_error *error) {
+  f->robust = 1;
   for (int pass = 0; pass < HUBER_PASSES; pass++) {
-    tl_status status = tl_factor_solve(&fit->problem.factor, 1e-10, base, NULL);
+    tl_status status = tl_factor_solve(&fit->problem.factor, 1e-10, f->base, NULL);
     if (status != TL_OK) return app_fail(error, APP_FAILED, "%s", tl_status_text(status));
-    f->base = base;
     memcpy(f->scale, fit->problem.noise, sizeof f->scale);
     if (fold_all(f, model, stream, streams, error) != 0) return -1;
     if (set_problem(fit, model, settings, f->factor, error) != 0) return -1;
@@ -103,8 +98,7 @@ static int reweight(struct fit *fit, struct folding *f, const tl_model *model, c
   return 0;
 }
 
-static int one_swarm(struct fit *fit, int threads, double *best, struct app_error *error)
-{
+static int one_swarm(struct fit *fit, int threads, double *best, struct app_error *error) {
   const tl_problem *p = &fit->problem;
   size_t n = tl_identify_memory(p);
   double *memory = malloc(n * sizeof *memory);
@@ -112,8 +106,10 @@ static int one_swarm(struct fit *fit, int threads, double *best, struct app_erro
   tl_status status;
   int result;
 
-  if (!memory) return app_fail(error, APP_FAILED, "out of memory for %d particles", p->settings.swarm.particles);
-  status = tl_pso_init(&swarm, &p->settings.swarm, p->parameters, p->search_lower, p->search_upper, memory, n);
+  if (!memory)
+    return app_fail(error, APP_FAILED, "out of memory for %d particles", p->settings.swarm.particles);
+  status =
+      tl_pso_init(&swarm, &p->settings.swarm, p->parameters, p->search_lower, p->search_upper, memory, n);
   result = status == TL_OK ? swarm_run(&swarm, tl_identify_cost, p, threads, error)
                            : app_fail(error, APP_BAD_INPUT, "swarm settings: %s", tl_status_text(status));
   if (result == 0) {
@@ -124,8 +120,7 @@ static int one_swarm(struct fit *fit, int threads, double *best, struct app_erro
   return result;
 }
 
-static int search(struct fit *fit, int threads, struct app_error *error)
-{
+static int search(struct fit *fit, int threads, struct app_error *error) {
   double best[TL_MAX_PARAMETERS];
   tl_status status;
 
@@ -147,12 +142,13 @@ struct judging {
   void *context;
 };
 
-static void judge_row(struct judging *g, const tl_rows *rows, int joint, size_t k, double t_s)
-{
+static void judge_row(struct judging *g, const tl_rows *rows, int joint, size_t k, double t_s) {
   double measured = rows->x[(size_t)(rows->columns + 1) * rows->stride + k];
-  double nominal = tl_rows_residual(rows, g->nominal, k), rest = tl_rows_residual(rows, g->fit->result.base, k);
+  double nominal = tl_rows_residual(rows, g->nominal, k),
+         rest = tl_rows_residual(rows, g->fit->result.base, k);
   struct fit_error *e = &g->fit->error[joint];
-  struct fit_instant now = {g->recording, joint, t_s, measured, measured - nominal, measured - rest, rows->kind[k]};
+  struct fit_instant now = {g->recording,       joint,           t_s,          measured,
+                            measured - nominal, measured - rest, rows->kind[k]};
 
   if (rows->kind[k] == TL_ROW_SCORED) {
     e->nominal += nominal * nominal;
@@ -168,8 +164,7 @@ static void judge_row(struct judging *g, const tl_rows *rows, int joint, size_t 
   if (g->trace) g->trace(&now, g->context);
 }
 
-static int judge_part(const struct stream_part *part, void *context, struct app_error *error)
-{
+static int judge_part(const struct stream_part *part, void *context, struct app_error *error) {
   struct judging *g = context;
   const tl_rows *rows = part->space->rows;
 
@@ -180,9 +175,8 @@ static int judge_part(const struct stream_part *part, void *context, struct app_
   return 0;
 }
 
-static int judge(struct fit *fit, const tl_model *model, struct stream *const *stream, int streams, fit_trace trace,
-                 void *context, struct app_error *error)
-{
+static int judge(struct fit *fit, const tl_model *model, struct stream *const *stream, int streams,
+                 fit_trace trace, void *context, struct app_error *error) {
   struct judging g = {.fit = fit, .trace = trace, .context = context};
   tl_status status = tl_sandwich_init(&g.sandwich, fit->problem.bases, BLOCK_S);
 
@@ -196,9 +190,9 @@ static int judge(struct fit *fit, const tl_model *model, struct stream *const *s
   return status == TL_OK || fit->few_blocks ? 0 : app_fail(error, APP_FAILED, "%s", tl_status_text(status));
 }
 
-int fit_run(struct fit *fit, const tl_model *model, const struct fit_settings *settings, struct stream *const *stream,
-            int streams, fit_trace trace, void *context, struct app_error *error)
-{
+int fit_run(struct fit *fit, const tl_model *model, const struct fit_settings *settings,
+            struct stream *const *stream, int streams, fit_trace trace, void *context,
+            struct app_error *error) {
   struct folding f = {.joints = tl_joint_count(model)};
   int result;
 

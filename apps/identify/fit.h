@@ -39,7 +39,8 @@ typedef void (*fit_trace)(const struct fit_instant *instant, void *context);
 
 /* Identifies `model` from the streams. `trace` is called in order of recording and time.
  * Nullable: trace. */
-int fit_run(struct fit *fit, const tl_model *model, const struct fit_settings *settings, struct stream *const *stream,
-            int streams, fit_trace trace, void *context, struct app_error *error);
+int fit_run(struct fit *fit, const tl_model *model, const struct fit_settings *settings,
+            struct stream *const *stream, int streams, fit_trace trace, void *context,
+            struct app_error *error);
 
 #endif

@@ -24,14 +24,16 @@ static const struct cli_option options[] = {
     CLI_SEED_OPTION(&asked.seed),
     {"window", 'w', CLI_TEXT, &asked.window, 0, "ORDER,S",
      "window of the angles' reconstruction, \"20,1\" is the paper's\n(default: from the data, printed)"},
-    {"weights", 0, CLI_TEXT, &asked.weights, 0, "KIND", "residuals by each joint's \"noise\" (default) or \"equal\", (16)"},
+    {"weights", 0, CLI_TEXT, &asked.weights, 0, "KIND",
+     "residuals by each joint's \"noise\" (default) or \"equal\", (16)"},
     {"loss", 0, CLI_TEXT, &asked.loss, 0, "KIND", "\"square\" (default) or \"huber\": outliers count less"},
     {"particles", 0, CLI_WHOLE, &asked.particles, 0, "N", "of the swarm"},
     {"iterations", 0, CLI_WHOLE, &asked.iterations, 0, "N", "at most"},
     {"restarts", 0, CLI_WHOLE, &asked.restarts, 0, "N", "independent swarms, the best one counts"},
     {"swarm-form", 0, CLI_TEXT, &asked.form, 0, "KIND", "\"constriction\" (default) or \"inertia\""},
     {"topology", 0, CLI_TEXT, &asked.topology, 0, "KIND", "\"global\" or \"ring\""},
-    {"threads", 0, CLI_WHOLE, &asked.threads, 0, "N", "that move the swarm; the answer is the same (default 1)"},
+    {"threads", 0, CLI_WHOLE, &asked.threads, 0, "N",
+     "that move the swarm; the answer is the same (default 1)"},
     {"quiet", 'q', CLI_FLAG, &asked.quiet, 0, NULL, "say nothing but warnings"},
 };
 
@@ -47,8 +49,8 @@ static const struct cli_program program = {
 };
 
 /* one of two words; 0 for the first, 1 for the second */
-static enum cli_result choose(const char *option, const char *word, const char *first, const char *second, int *chosen)
-{
+static enum cli_result choose(const char *option, const char *word, const char *first, const char *second,
+                              int *chosen) {
   if (!word) return CLI_RUN;
   if (strcmp(word, first) != 0 && strcmp(word, second) != 0)
     return cli_complain("--%s is \"%s\" or \"%s\", not \"%s\"", option, first, second, word);
@@ -57,8 +59,7 @@ static enum cli_result choose(const char *option, const char *word, const char *
 }
 
 /* "ORDER,SECONDS" */
-static enum cli_result read_window(const char *text, tl_window *window)
-{
+static enum cli_result read_window(const char *text, tl_window *window) {
   const char *end;
   double order, length_s;
 
@@ -66,13 +67,13 @@ static enum cli_result read_window(const char *text, tl_window *window)
       decimal_parse(end + 1, &length_s, &end) != DECIMAL_OK || *end != '\0')
     return cli_complain("--window is ORDER,SECONDS, such as 20,1, not \"%s\"", text);
   if (order != (int)order || order < 2 || order > TL_WINDOW_MAX_ORDER || !(length_s > 0.0))
-    return cli_complain("--window: the order is a whole number from 2 to %d, the length above 0", TL_WINDOW_MAX_ORDER);
+    return cli_complain("--window: the order is a whole number from 2 to %d, the length above 0",
+                        TL_WINDOW_MAX_ORDER);
   *window = (tl_window){(int)order, length_s};
   return CLI_RUN;
 }
 
-static enum cli_result count(const char *option, uint64_t asked_for, uint64_t least, int *target)
-{
+static enum cli_result count(const char *option, uint64_t asked_for, uint64_t least, int *target) {
   if (asked_for == UINT64_MAX) return CLI_RUN;
   if (asked_for < least || asked_for > 1000000)
     return cli_complain("--%s is a whole number from %d to 1000000", option, (int)least);
@@ -80,8 +81,7 @@ static enum cli_result count(const char *option, uint64_t asked_for, uint64_t le
   return CLI_RUN;
 }
 
-static enum cli_result read_settings(struct fit_settings *s, tl_window *window)
-{
+static enum cli_result read_settings(struct fit_settings *s, tl_window *window) {
   tl_pso_settings *swarm = &s->identify.swarm;
   int equal = 0, inertia = 0, ring = swarm->topology == TL_PSO_RING;
 
@@ -109,8 +109,7 @@ struct inputs {
   int n;
 };
 
-static void close_inputs(struct inputs *in)
-{
+static void close_inputs(struct inputs *in) {
   for (int i = 0; i < in->n; i++) {
     if (in->stream) stream_close(in->stream[i]);
     if (in->recording) recording_close(in->recording[i]);
@@ -119,9 +118,8 @@ static void close_inputs(struct inputs *in)
   free(in->recording);
 }
 
-static int open_inputs(struct inputs *in, const struct model_file *file, char **path, int n, const tl_window *window,
-                       struct app_error *error)
-{
+static int open_inputs(struct inputs *in, const struct model_file *file, char **path, int n,
+                       const tl_window *window, struct app_error *error) {
   in->n = n;
   in->recording = calloc((size_t)n, sizeof(struct recording *));
   in->stream = calloc((size_t)n, sizeof(struct stream *));
@@ -136,12 +134,12 @@ static int open_inputs(struct inputs *in, const struct model_file *file, char **
 }
 
 /* bounds from the file; gravity is held where it is 0 or no recording shows an angle */
-static void hold_and_bound(const struct model_file *file, const struct inputs *in, tl_identify_settings *s)
-{
+static void hold_and_bound(const struct model_file *file, const struct inputs *in, tl_identify_settings *s) {
   int n, angle = 0;
   const tl_parameter *table = tl_parameters(&file->model, &n);
 
-  for (int i = 0; i < in->n; i++) angle |= stream_regression(in->stream[i])->layout.position[0] != TL_CHANNEL_COUNT;
+  for (int i = 0; i < in->n; i++)
+    angle |= stream_regression(in->stream[i])->layout.position[0] != TL_CHANNEL_COUNT;
   for (int i = 0; i < n; i++) {
     int gravity = strncmp(table[i].name, "gravity_", 8) == 0;
     s->bounded[i] = file->bounded[i];
@@ -153,8 +151,8 @@ static void hold_and_bound(const struct model_file *file, const struct inputs *i
 
 /* ---- the run ------------------------------------------------------------------- */
 
-static int write_results(const struct report_input *in, const struct picture *picture, struct app_error *error)
-{
+static int write_results(const struct report_input *in, const struct picture *picture,
+                         struct app_error *error) {
   struct model_file fitted = *in->prior;
 
   tl_parameters_set(&fitted.model, in->fit->result.value);
@@ -163,16 +161,16 @@ static int write_results(const struct report_input *in, const struct picture *pi
   return model_file_write(asked.out, &fitted, "identified by talus-identify", error);
 }
 
-static int identify(const struct model_file *file, struct fit_settings *settings, const struct inputs *in, char **path,
-                    struct app_error *error)
-{
+static int identify(const struct model_file *file, struct fit_settings *settings, const struct inputs *in,
+                    char **path, struct app_error *error) {
   struct picture *picture = asked.html ? picture_new(in->n, tl_joint_count(&file->model)) : NULL;
   struct fit *fit = malloc(sizeof *fit);
   struct report_input report = {fit, file, in->stream, (const char *const *)path, in->n, asked.seed};
   int result = fit && (picture || !asked.html) ? 0 : app_fail(error, APP_FAILED, "out of memory");
 
   if (result == 0)
-    result = fit_run(fit, &file->model, settings, in->stream, in->n, picture ? picture_trace : NULL, picture, error);
+    result = fit_run(fit, &file->model, settings, in->stream, in->n, picture ? picture_trace : NULL, picture,
+                     error);
   if (result == 0) result = write_results(&report, picture, error);
   if (result == 0 && !asked.quiet) report_say(&report);
   if (result == 0 && asked.quiet) report_warn(&report);
@@ -181,8 +179,7 @@ static int identify(const struct model_file *file, struct fit_settings *settings
   return result;
 }
 
-int main(int argc, char **argv)
-{
+int main(int argc, char **argv) {
   struct fit_settings settings = {.identify = tl_identify_defaults(), .threads = 1};
   struct inputs in = {NULL, NULL, 0};
   struct model_file file;
@@ -200,7 +197,8 @@ int main(int argc, char **argv)
   if (read_settings(&settings, &window) != CLI_RUN) return APP_BAD_INPUT;
   if (model_file_read(asked.model, &file, &error) != 0) return app_exit(&error);
   if (!asked.window && file.has_window) window = file.window;
-  result = open_inputs(&in, &file, argv + first, argc - first, asked.window || file.has_window ? &window : NULL, &error);
+  result = open_inputs(&in, &file, argv + first, argc - first,
+                       asked.window || file.has_window ? &window : NULL, &error);
   if (result == 0) {
     hold_and_bound(&file, &in, &settings.identify);
     result = identify(&file, &settings, &in, argv + first, &error);

@@ -16,8 +16,7 @@ struct picture {
   struct panel panel[];
 };
 
-struct picture *picture_new(int recordings, int joints)
-{
+struct picture *picture_new(int recordings, int joints) {
   size_t n = (size_t)recordings * (size_t)joints;
   struct picture *p = malloc(sizeof *p + n * sizeof p->panel[0]);
 
@@ -34,13 +33,11 @@ struct picture *picture_new(int recordings, int joints)
   return p;
 }
 
-void picture_free(struct picture *picture)
-{
+void picture_free(struct picture *picture) {
   free(picture);
 }
 
-void picture_trace(const struct fit_instant *i, void *picture)
-{
+void picture_trace(const struct fit_instant *i, void *picture) {
   struct picture *p = picture;
   struct panel *panel = &p->panel[i->recording * p->joints + i->joint];
   int scored = i->kind == TL_ROW_SCORED;
@@ -56,8 +53,7 @@ void picture_trace(const struct fit_instant *i, void *picture)
 
 #define CELL 48
 
-static void error_table(struct page *page, const struct report_input *in)
-{
+static void error_table(struct page *page, const struct report_input *in) {
   static const char *const columns[] = {"joint", "as given", "identified", "of the measured", "gap closed"};
   const tl_model *m = &in->prior->model;
 
@@ -76,8 +72,7 @@ static void error_table(struct page *page, const struct report_input *in)
   }
 }
 
-static void parameter_table(struct page *page, const struct report_input *in)
-{
+static void parameter_table(struct page *page, const struct report_input *in) {
   static const char *const columns[] = {"parameter", "given", "identified", "change", "standard deviation"};
   const tl_problem *p = &in->fit->problem;
   const tl_identify_result *r = &in->fit->result;
@@ -98,8 +93,7 @@ static void parameter_table(struct page *page, const struct report_input *in)
   }
 }
 
-static void null_space_paragraph(struct page *page, const struct report_input *in)
-{
+static void null_space_paragraph(struct page *page, const struct report_input *in) {
   const tl_identify_result *r = &in->fit->result;
   const tl_parameter *table = tl_parameters(&in->prior->model, &(int){0});
 
@@ -110,16 +104,16 @@ static void null_space_paragraph(struct page *page, const struct report_input *i
       if (fabs(r->null_direction[k][i]) > 1e-3 && at < (int)sizeof text)
         at += snprintf(text + at, sizeof text - (size_t)at, " %s", table[i].name);
     if (at < (int)sizeof text)
-      snprintf(text + at, sizeof text - (size_t)at, ": of all values that predict the same, those nearest to the "
-                                                    "given ones are kept.");
+      snprintf(text + at, sizeof text - (size_t)at,
+               ": of all values that predict the same, those nearest to the "
+               "given ones are kept.");
     page_paragraph(page, text);
   }
 }
 
 /* ---- charts ------------------------------------------------------------------- */
 
-static void charts(struct page *page, const struct picture *p, const struct report_input *in, int recording)
-{
+static void charts(struct page *page, const struct picture *p, const struct report_input *in, int recording) {
   const tl_model *m = &in->prior->model;
 
   for (int j = 0; j < p->joints; j++) {
@@ -140,8 +134,7 @@ static void charts(struct page *page, const struct picture *p, const struct repo
   }
 }
 
-static void first_sentence(char *text, size_t size, const struct report_input *in)
-{
+static void first_sentence(char *text, size_t size, const struct report_input *in) {
   const tl_model *m = &in->prior->model;
   int at = snprintf(text, size, "The identified model explains the measured torque to ");
 
@@ -152,8 +145,7 @@ static void first_sentence(char *text, size_t size, const struct report_input *i
 }
 
 int picture_write(const struct picture *picture, const char *path, const struct report_input *in,
-                  struct app_error *error)
-{
+                  struct app_error *error) {
   char sentence[256];
   struct page *page;
   int result;

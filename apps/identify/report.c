@@ -8,25 +8,21 @@
 
 #define POORLY_KNOWN 0.5 /* of the parameter's size: a standard deviation to warn of */
 
-const char *report_unit(const tl_model *model)
-{
+const char *report_unit(const tl_model *model) {
   return model->plant == TL_PLANT_SLIDER ? "N" : "Nm";
 }
 
-double report_rms(double sum_of_squares, size_t n)
-{
+double report_rms(double sum_of_squares, size_t n) {
   return n ? sqrt(sum_of_squares / (double)n) : 0.0;
 }
 
-double report_relative(const struct fit_error *e)
-{
+double report_relative(const struct fit_error *e) {
   return e->measured > 0.0 ? 100.0 * sqrt(e->identified / e->measured) : 0.0;
 }
 
 /* ---- JSON ------------------------------------------------------------------- */
 
-static json_t *parameters_json(const struct report_input *in)
-{
+static json_t *parameters_json(const struct report_input *in) {
   const tl_problem *p = &in->fit->problem;
   const tl_identify_result *r = &in->fit->result;
   const tl_parameter *table = tl_parameters(&p->model, &(int){0});
@@ -44,8 +40,7 @@ static json_t *parameters_json(const struct report_input *in)
   return all;
 }
 
-static json_t *base_json(const struct report_input *in)
-{
+static json_t *base_json(const struct report_input *in) {
   const tl_problem *p = &in->fit->problem;
   json_t *all = json_object();
 
@@ -58,8 +53,7 @@ static json_t *base_json(const struct report_input *in)
   return all;
 }
 
-static json_t *null_space_json(const struct report_input *in)
-{
+static json_t *null_space_json(const struct report_input *in) {
   const tl_problem *p = &in->fit->problem;
   const tl_identify_result *r = &in->fit->result;
   const tl_parameter *table = tl_parameters(&p->model, &(int){0});
@@ -74,8 +68,7 @@ static json_t *null_space_json(const struct report_input *in)
   return all;
 }
 
-static json_t *error_json(const struct report_input *in)
-{
+static json_t *error_json(const struct report_input *in) {
   const tl_model *m = &in->prior->model;
   json_t *all = json_object();
 
@@ -95,8 +88,7 @@ static json_t *error_json(const struct report_input *in)
   return all;
 }
 
-static json_t *recordings_json(const struct report_input *in)
-{
+static json_t *recordings_json(const struct report_input *in) {
   const tl_model *m = &in->prior->model;
   json_t *all = json_array();
 
@@ -119,8 +111,7 @@ static json_t *recordings_json(const struct report_input *in)
   return all;
 }
 
-int report_write_json(const char *path, const struct report_input *in, struct app_error *error)
-{
+int report_write_json(const char *path, const struct report_input *in, struct app_error *error) {
   const struct fit *fit = in->fit;
   json_t *root = json_object();
   int result;
@@ -143,8 +134,7 @@ int report_write_json(const char *path, const struct report_input *in, struct ap
 
 /* ---- words ------------------------------------------------------------------- */
 
-static void say_windows(const struct report_input *in)
-{
+static void say_windows(const struct report_input *in) {
   const tl_model *m = &in->prior->model;
 
   for (int i = 0; i < in->recordings; i++)
@@ -155,8 +145,7 @@ static void say_windows(const struct report_input *in)
     }
 }
 
-static void say_parameters(const struct report_input *in)
-{
+static void say_parameters(const struct report_input *in) {
   const tl_problem *p = &in->fit->problem;
   const tl_identify_result *r = &in->fit->result;
   const tl_parameter *table = tl_parameters(&p->model, &(int){0});
@@ -173,8 +162,7 @@ static void say_parameters(const struct report_input *in)
   }
 }
 
-static void say_null_space(const struct report_input *in)
-{
+static void say_null_space(const struct report_input *in) {
   const tl_problem *p = &in->fit->problem;
   const tl_identify_result *r = &in->fit->result;
   const tl_parameter *table = tl_parameters(&p->model, &(int){0});
@@ -191,15 +179,13 @@ static void say_null_space(const struct report_input *in)
 }
 
 /* a parameter that stands alone in a null direction: nothing in the recordings moves it */
-static int unexcited(const tl_identify_result *r, int parameter)
-{
+static int unexcited(const tl_identify_result *r, int parameter) {
   for (int k = 0; k < r->null_count; k++)
     if (fabs(r->null_direction[k][parameter]) > 0.999) return 1;
   return 0;
 }
 
-void report_warn(const struct report_input *in)
-{
+void report_warn(const struct report_input *in) {
   const tl_problem *p = &in->fit->problem;
   const tl_identify_result *r = &in->fit->result;
   const tl_parameter *table = tl_parameters(&p->model, &(int){0});
@@ -210,25 +196,25 @@ void report_warn(const struct report_input *in)
     else if (r->identifiable[i] && r->at_bound[i])
       app_note("%s ends at its bound, %.3g", table[i].name, r->value[i]);
     else if (r->identifiable[i] && r->sigma[i] > POORLY_KNOWN * p->scale[i])
-      app_note("%s is hardly excited: its standard deviation is %.2g on a value of %.3g", table[i].name, r->sigma[i],
-               r->value[i]);
+      app_note("%s is hardly excited: its standard deviation is %.2g on a value of %.3g", table[i].name,
+               r->sigma[i], r->value[i]);
   }
   if (in->fit->few_blocks) app_note("too little data for standard deviations");
 }
 
-static void say_certificate(const struct fit *fit)
-{
+static void say_certificate(const struct fit *fit) {
   double excess = fit->result.cost - fit->result.least_squares_cost;
   double relative = fit->result.least_squares_cost > 0.0 ? excess / fit->result.least_squares_cost : 0.0;
 
-  fprintf(stderr, "swarm: %llu evaluations; cost %.3g above least squares (relative), condition number %.3g\n",
+  fprintf(stderr,
+          "swarm: %llu evaluations; cost %.3g above least squares (relative), condition number %.3g\n",
           (unsigned long long)fit->evaluations, relative, fit->result.condition_number);
   if (relative > 1e-6)
-    app_note("the swarm's optimum is not that of least squares: a bound is active, or more particles are needed");
+    app_note(
+        "the swarm's optimum is not that of least squares: a bound is active, or more particles are needed");
 }
 
-void report_say(const struct report_input *in)
-{
+void report_say(const struct report_input *in) {
   const tl_model *m = &in->prior->model;
 
   say_windows(in);
@@ -238,8 +224,9 @@ void report_say(const struct report_input *in)
   say_certificate(in->fit);
   for (int j = 0; j < tl_joint_count(m); j++) {
     const struct fit_error *e = &in->fit->error[j];
-    fprintf(stderr, "%s: residual %.4g %s as given, %.4g %s identified (%.2f %% of the measured), %zu samples, "
-                    "%zu near standstill left out\n",
+    fprintf(stderr,
+            "%s: residual %.4g %s as given, %.4g %s identified (%.2f %% of the measured), %zu samples, "
+            "%zu near standstill left out\n",
             tl_joint_name(m, j), report_rms(e->nominal, e->scored), report_unit(m),
             report_rms(e->identified, e->scored), report_unit(m), report_relative(e), e->scored, e->left_out);
   }

@@ -3,9 +3,7 @@
 #include "model_file.h"
 #include "predict.h"
 
-static struct {
-  const char *model, *out;
-} asked;
+static struct { const char *model, *out; } asked;
 
 static const struct cli_option options[] = {
     {"model", 'm', CLI_TEXT, &asked.model, 1, "M.yaml", "the model"},
@@ -24,21 +22,21 @@ static const struct cli_program program = {
             "valid = 0, the ends) hold the nearest estimate.",
 };
 
-static int predict(const struct model_file *file, struct recording *recording, struct app_error *error)
-{
-  struct stream *stream = stream_open(recording, &file->model, &file->score, file->has_window ? &file->window : NULL,
-                                      error);
+static int predict(const struct model_file *file, struct recording *recording, struct app_error *error) {
+  struct stream *stream =
+      stream_open(recording, &file->model, &file->score, file->has_window ? &file->window : NULL, error);
   struct output *out = stream ? output_open(asked.out, error) : NULL;
   int result = out ? predict_write(out, recording, stream, &file->model, error) : -1;
 
-  if (out && result == 0) result = output_commit(out, error);
-  else output_abandon(out);
+  if (out && result == 0)
+    result = output_commit(out, error);
+  else
+    output_abandon(out);
   stream_close(stream);
   return result;
 }
 
-int main(int argc, char **argv)
-{
+int main(int argc, char **argv) {
   struct recording *recording;
   struct model_file file;
   struct app_error error;

@@ -10,14 +10,13 @@ struct predicting {
   struct recording *recording;
   int joints;
   double base[TL_MAX_BASE];
-  size_t next;                /* row to write next */
-  int known;                  /* 1: `last` holds a prediction */
+  size_t next; /* row to write next */
+  int known;   /* 1: `last` holds a prediction */
   double last_s, last[TL_MAX_JOINTS];
 };
 
 /* columns of the answer, without the time */
-static const char *header(const tl_model *model, const tl_layout *layout)
-{
+static const char *header(const tl_model *model, const tl_layout *layout) {
   if (model->plant == TL_PLANT_LEG) return "time_s,knee_motor_torque_Nm,ankle_motor_torque_Nm\n";
   if (model->plant == TL_PLANT_SLIDER) return "time_s,slider_force_N\n";
   return layout->load == TL_CHANNEL_COUNT ? "time_s,joint_torque_Nm\n" : "time_s,joint_load_Nm\n";
@@ -25,8 +24,8 @@ static const char *header(const tl_model *model, const tl_layout *layout)
 
 /* rows [next, end) have no prediction of their own: each holds the nearer of the last one and
  * the coming one (Nullable: coming) */
-static int hold(struct predicting *p, size_t end, double coming_s, const double *coming, struct app_error *error)
-{
+static int hold(struct predicting *p, size_t end, double coming_s, const double *coming,
+                struct app_error *error) {
   double t_s[CHUNK], *column[TL_CHANNEL_COUNT] = {NULL};
   size_t n;
 
@@ -42,8 +41,7 @@ static int hold(struct predicting *p, size_t end, double coming_s, const double 
   return 0;
 }
 
-static int write_part(const struct stream_part *part, void *context, struct app_error *error)
-{
+static int write_part(const struct stream_part *part, void *context, struct app_error *error) {
   struct predicting *p = context;
 
   for (size_t row = part->begin; row < part->end; row++) {
@@ -61,9 +59,8 @@ static int write_part(const struct stream_part *part, void *context, struct app_
   return 0;
 }
 
-int predict_write(struct output *out, struct recording *recording, struct stream *stream, const tl_model *model,
-                  struct app_error *error)
-{
+int predict_write(struct output *out, struct recording *recording, struct stream *stream,
+                  const tl_model *model, struct app_error *error) {
   struct predicting p = {.out = out, .recording = recording, .joints = tl_joint_count(model)};
 
   tl_base_values(model, p.base);

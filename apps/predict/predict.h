@@ -11,7 +11,7 @@
 /* Writes the header and one row for each row of the recording: time and what its current (or
  * load) column would show, from angles alone. Rows without support (gaps, `valid` = 0) hold
  * the nearest estimate in time. */
-int predict_write(struct output *out, struct recording *recording, struct stream *stream, const tl_model *model,
-                  struct app_error *error);
+int predict_write(struct output *out, struct recording *recording, struct stream *stream,
+                  const tl_model *model, struct app_error *error);
 
 #endif

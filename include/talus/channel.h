@@ -4,7 +4,8 @@
  * one name, which is also its column's name and says its unit.
  *
  *     tl_channel_set set;
- *     if (tl_channel_set_of(TL_PLANT_LEG, &set) == TL_OK && (set.required & TL_CHANNEL_BIT(TL_CHANNEL_TIME))) ...
+ *     if (tl_channel_set_of(TL_PLANT_LEG, &set) != TL_OK) ...
+ *     int needed = (set.required & TL_CHANNEL_BIT(TL_CHANNEL_TIME)) != 0;
  */
 #ifndef TALUS_CHANNEL_H
 #define TALUS_CHANNEL_H

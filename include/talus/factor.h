@@ -24,34 +24,41 @@ extern "C" {
 #define TL_FACTOR_MAX 32 /* columns, without the right-hand side */
 
 /* Row i of r holds columns i..p of R, column p being the right-hand side;
- * r[i * TL_FACTOR_STRIDE + j]. Entries below the diagonal are not used. */
+ * r[i * TL_FACTOR_STRIDE + j]. The diagonal is never negative; entries below it
+ * are not used. */
 #define TL_FACTOR_STRIDE (TL_FACTOR_MAX + 1)
 typedef struct tl_factor {
-  int columns;     /* p */
-  size_t rows;     /* how many were added */
+  int columns; /* p */
+  size_t rows; /* how many were added */
   double r[TL_FACTOR_STRIDE * TL_FACTOR_STRIDE];
 } tl_factor;
 
 /* Empty factor of `columns` 1..TL_FACTOR_MAX. */
 TL_CHECK tl_status tl_factor_init(tl_factor *f, int columns);
 /* Fold n rows in, column-major: column j at rows_cm + j * stride, j = 0..p (the
- * last is the right-hand side). The block is overwritten. stride >= n. */
+ * last is the right-hand side). The block is overwritten. stride >= n. Sizes up
+ * to 1e150 do not overflow; a NaN or infinity shows in tl_factor_solve. */
 void tl_factor_add(tl_factor *f, double *rows_cm, size_t n, size_t stride);
-/* Fold another factor in, its columns weighted by `weight` and mapped:
- * its column j becomes column index[j] of f. */
+/* Fold another factor in, its rows multiplied by `weight` (its cost by weight
+ * squared) and its columns mapped: its column j becomes column index[j] of f. */
 void tl_factor_merge(tl_factor *f, const tl_factor *other, const int *index, double weight);
-/* |X b - z|^2 over all rows. */
+/* |X b - z|^2 over all rows, and the part of it that depends on b: what it
+ * exceeds its least possible value by, with full relative precision. A search
+ * should minimise the excess; the rest is r_pp^2. */
 double tl_factor_cost(const tl_factor *f, const double *b);
+double tl_factor_excess(const tl_factor *f, const double *b);
 /* Least-squares b of minimum norm (columns scaled to unit length first);
  * directions whose singular value is below tolerance times the largest are
- * left at 0. *rank is the number kept. Nullable: rank. */
+ * left at 0. *rank is the number kept. TL_ERR_NOT_FINITE when a row was not.
+ * Nullable: rank. */
 TL_CHECK tl_status tl_factor_solve(const tl_factor *f, double tolerance, double *b, int *rank);
 /* (X'X)^-1 on the kept directions (0 elsewhere), row-major p x p. */
 TL_CHECK tl_status tl_factor_covariance(const tl_factor *f, double tolerance, double *covariance);
 
 /* Singular values (falling) and right singular vectors of a dense m x n
  * matrix, m >= n, row-major, by one-sided Jacobi rotations (Hestenes 1958).
- * `a` becomes U S; vector k is v[j * n + k]. Deterministic. */
+ * `a` becomes U S; vector k is v[j * n + k]. Deterministic. TL_ERR_NOT_FINITE
+ * leaves all untouched, TL_ERR_NO_CONVERGENCE (after 60 sweeps) the best so far. */
 TL_CHECK tl_status tl_svd(double *a, int m, int n, double *singular, double *v);
 
 #ifdef __cplusplus

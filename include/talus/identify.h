@@ -30,8 +30,9 @@ extern "C" {
  * the right-hand side is torque - known. Arrays as in tl_inverse_batch. No filter, no
  * grid: a recording goes through talus/regression.h instead. Nullable: slip.
  * TL_ERR_ARGUMENT when a factor's columns are not those of its joint. */
-TL_CHECK tl_status tl_regressor_fold(const tl_model *m, size_t n, const double *q, const double *v, const double *a,
-                                     const double *slip, const double *torque, tl_factor *factor);
+TL_CHECK tl_status tl_regressor_fold(const tl_model *m, size_t n, const double *q, const double *v,
+                                     const double *a, const double *slip, const double *torque,
+                                     tl_factor *factor);
 
 /* How the joints' residuals are weighted: by each joint's noise (the residual
  * of its own least squares), or all equal, (16) as printed. */
@@ -106,7 +107,8 @@ typedef struct tl_identify_result {
 /* From the swarm's optimum to the answer: the null space found from the data,
  * the point of the solution set nearest to the prior (minimum of the squared
  * relative changes), and the certificate. Sigmas are NaN until tl_identify_sigma. */
-TL_CHECK tl_status tl_identify_conclude(const tl_problem *problem, const double *best, tl_identify_result *result);
+TL_CHECK tl_status tl_identify_conclude(const tl_problem *problem, const double *best,
+                                        tl_identify_result *result);
 
 /* ---- how sure ----------------------------------------------------------- */
 
@@ -130,7 +132,8 @@ void tl_sandwich_add(tl_sandwich *s, double t_s, const double *x, size_t stride,
 void tl_sandwich_close(tl_sandwich *s);
 
 /* Fill the sigmas. TL_ERR_TOO_SHORT with fewer blocks than base parameters + 2 (sigmas then stay NaN). */
-TL_CHECK tl_status tl_identify_sigma(const tl_problem *problem, const tl_sandwich *s, tl_identify_result *result);
+TL_CHECK tl_status tl_identify_sigma(const tl_problem *problem, const tl_sandwich *s,
+                                     tl_identify_result *result);
 
 #ifdef __cplusplus
 }

@@ -26,8 +26,8 @@
 extern "C" {
 #endif
 
-#define TL_BRIDGE_S 0.1         /* a stop shorter than this is bridged, a longer one is a hold */
-#define TL_NO_ROW ((size_t)-1)  /* a stop that begins before or ends after the block */
+#define TL_BRIDGE_S 0.1        /* a stop shorter than this is bridged, a longer one is a hold */
+#define TL_NO_ROW ((size_t)-1) /* a stop that begins before or ends after the block */
 
 /* Rows of a recording by channel; NULL where a channel was not recorded. Rows of one
  * block are valid and without gap. */
@@ -51,18 +51,19 @@ TL_CHECK tl_status tl_layout_init(tl_layout *layout, const tl_model *m, uint32_t
 
 /* How one joint's angle is read, from its own data. */
 typedef struct tl_sensing {
-  tl_window window; /* of the reconstruction: order 5 over 1 / lowpass_hz unless chosen by the user */
-  double noise;     /* standard deviation of the recorded angle (or velocity), in its own units */
-  double step;      /* its resolution, in its own units; 0 if none was seen */
-  tl_window quick;  /* of the velocity that finds the stops: the shortest that tells standstill from noise */
+  tl_window window;  /* of the reconstruction: order 5 over 1 / lowpass_hz unless chosen by the user */
+  double noise;      /* standard deviation of the recorded angle (or velocity), in its own units */
+  double step;       /* its resolution, in its own units; 0 if none was seen */
+  tl_window quick;   /* of the velocity that finds the stops: the shortest that tells standstill from noise */
   double standstill; /* |joint velocity| below which the joint counts as standing */
 } tl_sensing;
 
 /* Measure a joint's sensing on a sample of its rows (a few thousand serve).
  * TL_ERR_TOO_SHORT with fewer rows than 30. */
 size_t tl_sense_workspace(size_t n);
-TL_CHECK tl_status tl_sense(const tl_model *m, const tl_layout *layout, int joint, const tl_score_settings *score,
-                            double step_s, const tl_block *sample, double *work, size_t work_n, tl_sensing *out);
+TL_CHECK tl_status tl_sense(const tl_model *m, const tl_layout *layout, int joint,
+                            const tl_score_settings *score, double step_s, const tl_block *sample,
+                            double *work, size_t work_n, tl_sensing *out);
 
 /* A stop of one joint: it stands between rows `before` and `after` (both still moving). */
 typedef struct tl_stop {
@@ -74,7 +75,7 @@ typedef struct tl_stop {
 typedef struct tl_track {
   size_t capacity;
   double *q[TL_MAX_JOINTS], *v[TL_MAX_JOINTS], *a[TL_MAX_JOINTS]; /* [rad] or [m] */
-  double *slip[TL_MAX_JOINTS];  /* direction of friction, [-1, 1] */
+  double *slip[TL_MAX_JOINTS];                                    /* direction of friction, [-1, 1] */
   double *speed[TL_MAX_JOINTS]; /* |velocity| that the score's standstill is judged by */
   tl_stop *stop[TL_MAX_JOINTS]; /* in order of time */
   size_t stops[TL_MAX_JOINTS];

@@ -5,6 +5,11 @@
  * so particles may be moved by any number of threads, in any order, and the
  * swarm is the same bit for bit.
  *
+ * A particle at x with velocity v, best place of its own p and that of its
+ * lead g goes on by v <- w v + c1 r1 (p - x) + c2 r2 (g - x), x <- x + v, no
+ * further than the bounds' width; one that would leave is mirrored at the bound
+ * and stopped.
+ *
  *     tl_pso swarm;
  *     tl_pso_settings s = tl_pso_defaults();
  *     tl_pso_init(&swarm, &s, 10, lower, upper, memory, tl_pso_memory(&s, 10));
@@ -32,24 +37,33 @@ typedef enum tl_pso_form {
 
 typedef enum tl_pso_topology { TL_PSO_GLOBAL = 0, TL_PSO_RING = 1 } tl_pso_topology;
 
+/* common_draw: with r1, r2 drawn for each dimension (0, the textbook's swarm)
+ * moves prefer the axes, and a narrow valley across them stops the swarm. With
+ * one pair for all (1) they do not depend on how the axes lie, but stay in the
+ * span of the swarm, which flattens. Mostly common draws with some of the other
+ * kind keep both virtues. */
 typedef struct tl_pso_settings {
   tl_pso_form form;
   tl_pso_topology topology;
-  int particles;        /* >= 2 */
+  int particles;        /* 2 .. 1,000,000 */
   int iterations;       /* largest number of generations, >= 1 */
   int restarts;         /* independent swarms, the best one wins; >= 1 */
-  double cognitive;     /* c1: pull to the particle's own best */
-  double social;        /* c2: pull to the neighbourhood's best */
-  double inertia_begin; /* inertia form: weight at the first generation */
+  double cognitive;     /* c1: pull to the particle's own best, 0..100 */
+  double social;        /* c2: pull to the neighbourhood's best; constriction wants c1 + c2 > 4 */
+  double inertia_begin; /* inertia form: weight w at the first generation, -1..1 */
   double inertia_end;   /* ... and at the last */
-  double tolerance;     /* stop when the swarm's spread (in units of the bounds' width) falls below; 0: never */
+  double common_draw;   /* share of moves that take one r1, r2 for all dimensions, 0..1; see below */
+  double tolerance;     /* stop when all particles' best costs are within this share of the best; 0: never */
   uint64_t seed;
 } tl_pso_settings;
 
-/* Constriction, global best, 100 particles, 1,000 generations, one swarm, seed 1. */
+/* Constriction, global best, 100 particles, 2,000 generations, one swarm, seed 1: on the leg's ten
+ * parameters 200 of 200 seeds reach the least-squares cost to 1e-14 and its base parameters to 2e-7.  */
 tl_pso_settings tl_pso_defaults(void);
 
-/* Cost of a point x (n): finite or +infinity; must be a pure function. */
+/* Cost of a point x (dimensions): finite or +infinity (NaN counts as that);
+ * must be a pure function. A large constant in it costs digits of the answer:
+ * near the optimum only what exceeds 1e-16 of the cost can be seen. */
 typedef double (*tl_pso_cost)(const double *x, const void *context);
 
 typedef struct tl_pso {
@@ -68,11 +82,14 @@ typedef struct tl_pso {
 
 /* Doubles of memory a swarm needs. */
 size_t tl_pso_memory(const tl_pso_settings *s, int dimensions);
-/* lower < upper (or equal: the dimension stays). */
+/* lower < upper (or equal: the dimension stays). The bounds and the memory are
+ * the caller's and must outlive the swarm. TL_ERR_ARGUMENT: null, or a count or
+ * kind that is none; TL_ERR_RANGE: a weight or bound; TL_ERR_WORKSPACE. */
 TL_CHECK tl_status tl_pso_init(tl_pso *swarm, const tl_pso_settings *s, int dimensions, const double *lower,
                                const double *upper, double *memory, size_t memory_n);
-/* One generation by hand: move particles [first, last) (threads may share the
- * work), then close it once. tl_pso_close returns 1 while there is more to do. */
+/* One generation by hand: move all particles, [first, last) at a time (threads
+ * may share the work), then close it once. tl_pso_close returns 1 while there
+ * is more to do, 0 at the end: then neither may be called again. */
 void tl_pso_move(tl_pso *swarm, int first, int last, tl_pso_cost cost, const void *context);
 int tl_pso_close(tl_pso *swarm);
 /* All generations in the calling thread. TL_ERR_NOT_FINITE when no particle

@@ -81,17 +81,17 @@ typedef struct tl_regression_space {
 /* Doubles that a space for blocks of `capacity` rows and `grid` grid instants takes. */
 size_t tl_regression_memory(const tl_regression *r, size_t capacity, size_t grid);
 /* Lay the space out: stops (joints * capacity), mask (joints * grid). */
-void tl_regression_space_init(tl_regression_space *space, const tl_regression *r, size_t capacity, size_t grid,
-                              double *memory, tl_stop *stops, uint8_t *mask);
+void tl_regression_space_init(tl_regression_space *space, const tl_regression *r, size_t capacity,
+                              size_t grid, double *memory, tl_stop *stops, uint8_t *mask);
 
 /* Kinematics and regressor of a block at the recording's own rows (space->track, space->raw). */
-TL_CHECK tl_status tl_regression_motion(const tl_regression *r, const tl_block *block, tl_regression_space *space);
+TL_CHECK tl_status tl_regression_motion(const tl_regression *r, const tl_block *block,
+                                        tl_regression_space *space);
 /* The same, and then space->rows: on the grid, filtered, marked. */
 TL_CHECK tl_status tl_regression_block(const tl_regression *r, const tl_block *block, const tl_span *span,
                                        tl_regression_space *space);
 /* After either: what the model with these base parameters predicts at row i of the block for `joint`. */
-double tl_regression_predict(const tl_regression_space *space, int joint, const double *base,
-                             size_t i);
+double tl_regression_predict(const tl_regression_space *space, int joint, const double *base, size_t i);
 
 /* Fold the scored rows into the joint's factor (of rows->columns columns), weight[k] on
  * row k. Uses the caller's scratch of (columns + 1) * n doubles. Nullable: weight (all 1). */

@@ -16,7 +16,7 @@
 extern "C" {
 #endif
 
-#define TL_GAP_STEPS 5.0      /* a step of more than this many median steps cuts a segment */
+#define TL_GAP_STEPS 5.0       /* a step of more than this many median steps cuts a segment */
 #define TL_SEGMENT_MIN_ROWS 21 /* shorter segments are not scored */
 
 /* The model file's `score:`. */
@@ -49,14 +49,14 @@ int tl_segment_next(const double *t_s, const uint8_t *valid, size_t n, double st
 size_t tl_grid_count(double begin_s, double end_s, double step_s);
 /* Linear interpolation of (t_s, x) (n rows) at m grid instants begin_s + k step_s;
  * times outside hold the end values. */
-void tl_grid_resample(const double *t_s, const double *x, size_t n, double begin_s, double step_s, double *out,
-                      size_t m);
+void tl_grid_resample(const double *t_s, const double *x, size_t n, double begin_s, double step_s,
+                      double *out, size_t m);
 /* keep[k] = 1 unless |speed| < standstill within guard_s of grid instant k (m of them). */
 void tl_score_keep(const tl_score_settings *s, const double *speed, size_t m, double step_s, uint8_t *keep);
 
 typedef struct tl_score_result {
   double residual_rms, measured_rms, relative_percent;
-  double reversal_rms;   /* of the residual on the samples left out at standstill; 0 if none */
+  double reversal_rms; /* of the residual on the samples left out at standstill; 0 if none */
   size_t scored, left_out;
 } tl_score_result;
 

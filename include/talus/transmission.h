@@ -28,7 +28,7 @@ typedef enum tl_transmission_kind {
   TL_TRANSMISSION_TABLE = 3
 } tl_transmission_kind;
 
-#define TL_FOURIER_ORDER 8           /* harmonics of (10) */
+#define TL_FOURIER_ORDER 8                    /* harmonics of (10) */
 #define TL_JOINT_RANGE_RAD 0.5235987755982988 /* pi/6: the range of (10) and of every table */
 
 /* The screw linkage's dimensions, as in the model file. */
@@ -74,11 +74,11 @@ typedef struct tl_transmission {
   double ratio; /* fixed */
   tl_screw_linkage linkage;
   /* precomputed from `linkage`: */
-  double phi0_rad;      /* crank angle at joint angle 0: pi - BOF */
+  double phi0_rad; /* crank angle at joint angle 0: pi - BOF */
   double cos_phi0, sin_phi0;
-  double screw_rad_m;   /* 2 pi / lead */
-  double nut0_m;        /* CO at joint angle 0 */
-  double elbow;         /* +1 or -1: on which side of OA the crank stands (the ratio's sign) */
+  double screw_rad_m; /* 2 pi / lead */
+  double nut0_m;      /* CO at joint angle 0 */
+  double elbow;       /* +1 or -1: on which side of OA the crank stands (the ratio's sign) */
   tl_fourier fourier;
   tl_table table;
 } tl_transmission;

@@ -1,8 +1,13 @@
 /* model_copy.c: reads a model and writes it again, for tests/test_model_file.py.
  *
- *   model_copy IN OUT       prints every number that was read, "name value" with 17 digits
+ *   model_copy IN [OUT [PARAMETER VALUE]]
+ *
+ * Prints every number that was read, "name value" with 17 digits. PARAMETER, by its name in
+ * tl_parameters, gets VALUE before the model is written.
  */
 #include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
 
 #include "model_file.h"
 #include "plant_name.h"
@@ -52,6 +57,16 @@ static void show_settings(const struct model_file *f) {
     if (f->bounded[i]) printf("bound.%s %.17g %.17g\n", parameter[i].name, f->lower[i], f->upper[i]);
 }
 
+static void change(tl_model *m, const char *name, double value) {
+  int n;
+  double p[TL_MAX_PARAMETERS];
+  const tl_parameter *parameter = tl_parameters(m, &n);
+  tl_parameters_get(m, p);
+  for (int i = 0; i < n; i++)
+    if (strcmp(parameter[i].name, name) == 0) p[i] = value;
+  tl_parameters_set(m, p);
+}
+
 int main(int argc, char **argv) {
   struct app_error error;
   struct model_file file;
@@ -60,6 +75,7 @@ int main(int argc, char **argv) {
   if (model_file_read(argv[1], &file, &error) != 0) return app_exit(&error);
   show_model(&file.model);
   show_settings(&file);
+  if (argc > 4) change(&file.model, argv[3], strtod(argv[4], NULL));
   if (argc > 2 && model_file_write(argv[2], &file, "first line\nsecond line", &error) != 0)
     return app_exit(&error);
   return APP_OK;

@@ -99,6 +99,8 @@ def record(machine, excitation, seconds, seed, path):
     """Two minutes (or `seconds`) of the machine on the bench, written to `path`: (columns, true motor torque)."""
     settings = ffi.new("tl_bench_settings *", lib.tl_bench_defaults(machine.struct, excitation.struct))
     settings.sample_hz, settings.seed = published.SAMPLE_HZ, seed
+    # whole ticks, so that samples lie amid two of them and a held current is seen neither early nor late
+    settings.settle_s = round(settings.settle_s * settings.control_hz) / settings.control_hz
     bench, row = ffi.new("tl_bench *"), ffi.new("double[]", lib.TL_CHANNEL_COUNT)
     check(lib.tl_bench_init(bench, machine.struct, excitation.struct, settings))
     number = {ffi.string(lib.tl_channel_name(c)).decode(): c for c in range(lib.TL_CHANNEL_COUNT)}

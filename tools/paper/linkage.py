@@ -42,10 +42,19 @@ def best_fits(reference):
     return out
 
 
+def ratio_of(series, joint):
+    """The series' ratio at joint angles; also of one that no drive may have (its ratio changes sign)."""
+    j = numpy.arange(1, constants.TL_FOURIER_ORDER + 1)
+    a, b, turns = numpy.array(list(series.a))[1:], numpy.array(list(series.b)), numpy.outer(joint, j * series.omega)
+    return numpy.cos(turns) @ (j * series.omega * b) - numpy.sin(turns) @ (j * series.omega * a)
+
+
 def error_against_omega(reference, points=111):
-    """Ratio error of the best series of each order at a given omega."""
+    """Largest ratio error of the best series of each order at a given omega."""
+    joint, _, ratio = curves(reference)
     omega = numpy.linspace(*OMEGA_SHOWN, points)
-    return omega, {k: numpy.array([error(fit(reference, k, w, w), reference)[1] for w in omega]) for k in ORDERS}
+    largest = {k: [numpy.abs(ratio_of(fit(reference, k, w, w), joint) / ratio - 1).max() for w in omega] for k in ORDERS}
+    return omega, {k: numpy.array(values) for k, values in largest.items()}
 
 
 def omega_of_error(omega, ratio_error, wanted):
@@ -62,20 +71,9 @@ def curves(reference, points=241):
     """Joint angle, motor angle and ratio over the range."""
     joint = numpy.linspace(-constants.TL_JOINT_RANGE_RAD, constants.TL_JOINT_RANGE_RAD, points)
     motor = numpy.array([lib.tl_transmission_motor_angle(reference, q) for q in joint])
-    ratio, slope = numpy.empty(points), ffi.new("double *")
-    one = ffi.new("double *")
+    ratio, slope = ffi.new("double *"), ffi.new("double *")
+    ratios = numpy.empty(points)
     for i, q in enumerate(joint):
-        lib.tl_transmission_ratio(reference, q, one, slope)
-        ratio[i] = one[0]
-    return joint, motor, ratio
-
-
-def ratio_error_curve(series, joint, ratio):
-    """Relative error of the series' ratio at each joint angle."""
-    approximation, one, slope = ffi.new("tl_transmission *"), ffi.new("double *"), ffi.new("double *")
-    check(lib.tl_transmission_fourier(approximation, series))
-    out = numpy.empty_like(ratio)
-    for i, q in enumerate(joint):
-        lib.tl_transmission_ratio(approximation, q, one, slope)
-        out[i] = one[0] / ratio[i] - 1.0
-    return out
+        lib.tl_transmission_ratio(reference, q, ratio, slope)
+        ratios[i] = ratio[0]
+    return joint, motor, ratios

@@ -20,12 +20,53 @@ from .scoring import on_grid
 SLIPS = ("rotor", "sign", "speed")
 
 
-class Rows:
-    """Scored regression rows of recordings under one set of slips: for each joint (X, y)."""
+class Prepared:
+    """One recording's regression under the model without slips, and the motion that the slips need."""
 
-    def __init__(self, model, recordings, slips=()):
-        self.base = list(model.base)
-        parts = [_rows_of(model, columns, set(slips)) for columns in recordings]
+    def __init__(self, model, columns):
+        self.recording = Recording(columns)
+        regression = Regression(model, self.recording)
+        self.base, self.motion = list(model.base), regression.motion()
+        self.parts = [part for (part,) in regression.rows()]  # these recordings have no gaps
+        self.knee_ratio = _ratios(model, 0, self.motion["q"][0])[0]
+        self.ankle_ratio, self.ankle_slope = _ratios(model, 1, self.motion["q"][1])
+        self.regression = regression
+
+    def rows(self, slips):
+        """Scored rows with these slips: for each joint (X, y)."""
+        out, lowpass = [], ffi.addressof(self.regression.struct, "lowpass")
+        for part, changes in zip(self.parts, self._changes(slips)):
+            x = numpy.zeros((len(part.t), len(self.base)))
+            x[:, part.index] = part.x
+            for column, values in changes.items():
+                x[:, column] += on_grid(self.recording.t, values, part.t, self.recording.step_s, lowpass)
+            scored = part.kind == lib.TL_ROW_SCORED
+            out.append((x[scored], part.target[scored]))
+        return out
+
+    def _changes(self, slips):
+        """What the slips add to each joint's regressor at the recording's samples: {base index: values}."""
+        coulomb, viscous, rotor = (self.base.index(f"ankle_{n}") for n in ("coulomb", "viscous", "rotor_inertia"))
+        v = self.motion["v"]
+        direction, speed = self.motion["slip"][1], v[1]
+        knee, ankle = {}, {}
+        if "rotor" in slips:
+            ankle[rotor] = -4.0 * self.ankle_slope * v[1] ** 2
+        if "speed" in slips:
+            foot = numpy.sign(v[0] + v[1])
+            ankle[coulomb], ankle[viscous] = (foot - direction) / self.ankle_ratio, v[0] / self.ankle_ratio
+            direction, speed = foot, v[0] + v[1]
+        if "sign" in slips:
+            knee[coulomb], knee[viscous] = 2.0 * direction / self.knee_ratio, 2.0 * speed / self.knee_ratio
+        return knee, ankle
+
+
+class Rows:
+    """Scored rows of several recordings under one set of slips."""
+
+    def __init__(self, prepared, slips=()):
+        parts = [p.rows(slips) for p in prepared]
+        self.base = prepared[0].base
         self.joint = [tuple(numpy.concatenate([p[j][k] for p in parts]) for k in (0, 1)) for j in range(len(JOINTS))]
 
     def rms(self, values):
@@ -34,55 +75,19 @@ class Rows:
                 for name, (x, y) in zip(JOINTS, self.joint)}  # fmt: skip
 
     def noise(self):
-        """RMS residual of each joint's own least squares: the weights of the default fit."""
+        """RMS residual of each joint's own least squares; its inverse weighs the joint in the default fit."""
         out = []
         for x, y in self.joint:
             used = x[:, x.any(axis=0)]
             out.append(numpy.sqrt(numpy.mean((y - used @ numpy.linalg.lstsq(used, y, rcond=None)[0]) ** 2)))
         return out
 
-    def triangle(self):
-        """R and z of the weighted rows: cost |R base - z|^2 but for a constant."""
-        rows = [numpy.column_stack((x, y)) / noise for (x, y), noise in zip(self.joint, self.noise())]
+    def triangle(self, equal_weights=False):
+        """R and z of the weighted rows: their squared residual is |R base - z|^2 and a constant."""
+        noise = [1.0] * len(JOINTS) if equal_weights else self.noise()
+        rows = [numpy.column_stack((x, y)) / size for (x, y), size in zip(self.joint, noise)]
         r = numpy.linalg.qr(numpy.vstack(rows), mode="r")
         return r[:-1, :-1], r[:-1, -1]
-
-
-def _rows_of(model, columns, slips):
-    recording = Recording(columns)
-    regression = Regression(model, recording)
-    motion, out = regression.motion(), []
-    lowpass = ffi.addressof(regression.struct, "lowpass")
-    changes = _changes(model, motion, slips)
-    for joint, parts in enumerate(regression.rows()):
-        (part,) = parts  # these recordings have no gaps
-        x = numpy.zeros((len(part.t), len(model.base)))
-        x[:, part.index] = part.x
-        for column, values in changes[joint].items():
-            x[:, column] += on_grid(recording.t, values, part.t, recording.step_s, lowpass)
-        scored = part.kind == lib.TL_ROW_SCORED
-        out.append((x[scored], part.target[scored]))
-    return out
-
-
-def _changes(model, motion, slips):
-    """What the slips add to each joint's regressor at the recording's samples: {base index: values}."""
-    base = list(model.base)
-    coulomb, viscous, rotor = (base.index(n) for n in ("ankle_coulomb", "ankle_viscous", "ankle_rotor_inertia"))
-    q, v = motion["q"], motion["v"]
-    ratio, slope = _ratios(model, 1, q[1])
-    direction, speed = motion["slip"][1], v[1]
-    knee, ankle = {}, {}
-    if "rotor" in slips:
-        ankle[rotor] = -4.0 * slope * v[1] ** 2
-    if "speed" in slips:
-        ankle[coulomb] = (numpy.sign(v[0] + v[1]) - direction) / ratio
-        ankle[viscous] = v[0] / ratio
-        direction, speed = numpy.sign(v[0] + v[1]), v[0] + v[1]
-    if "sign" in slips:
-        gear = _ratios(model, 0, q[0])[0]
-        knee[coulomb], knee[viscous] = 2.0 * direction / gear, 2.0 * speed / gear
-    return knee, ankle
 
 
 def _ratios(model, joint, angles):
@@ -94,9 +99,9 @@ def _ratios(model, joint, angles):
     return out
 
 
-def fit(model, rows):
+def fit(model, rows, equal_weights=False):
     """Base parameters by weighted least squares; centre of mass, inertias and frictions not negative."""
-    r, z = rows.triangle()
+    r, z = rows.triangle(equal_weights)
     names, start = rows.base, numpy.array(list(model.base.values()))
     moment, inertia = names.index("foot_moment"), names.index("foot_inertia")
     mass = model.struct.foot_mass_kg

@@ -46,8 +46,13 @@
     layout: { padding: { right: 16 } },
     scales: { x, y },
     plugins: {
-      legend: { display: legend, align: "start", reverse: true, labels: { boxWidth: 18, boxHeight: 2, color: colour("ink") } },
-      tooltip: { callbacks: { title: (items) => (items.length ? `${x.title.text}: ${items[0].label}` : "") } },
+      legend: {
+        display: legend,
+        align: "start",
+        reverse: true,
+        labels: { boxWidth: 18, boxHeight: 2, color: colour("ink") },
+      },
+      tooltip: { callbacks: { title: ([item]) => (item ? `${x.title.text}: ${item.label}` : "") } },
     },
   });
 
@@ -71,15 +76,23 @@
     y.grid.display = false;
     return {
       type: "bar",
-      data: { labels: chart.labels, datasets: [{ data: chart.values, maxBarThickness: 22, backgroundColor: colour("accent") }] },
-      options: { ...options(x, y, false), indexAxis: "y", interaction: { mode: "nearest", axis: "y", intersect: false } },
+      data: {
+        labels: chart.labels,
+        datasets: [{ data: chart.values, maxBarThickness: 22, backgroundColor: colour("accent") }],
+      },
+      options: {
+        ...options(x, y, false),
+        indexAxis: "y",
+        interaction: { mode: "nearest", axis: "y", intersect: false },
+      },
     };
   };
 
   const configurations = (chart) => {
     if (chart.form === "bars") return [bars(chart)];
     const range = extent(chart);
-    return chart.below ? [plot(chart, range, true), plot(chart.below, range, false)] : [plot(chart, range, false)];
+    const upper = plot(chart, range, Boolean(chart.below));
+    return chart.below ? [upper, plot(chart.below, range, false)] : [upper];
   };
 
   const charts = JSON.parse(document.getElementById("charts").textContent);
