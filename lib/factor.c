@@ -125,7 +125,7 @@ double tl_factor_cost(const tl_factor *f, const double *b) {
  * singular values. */
 typedef struct decomposition {
   int rank;
-  double length[TL_FACTOR_MAX];   /* of each column, 1 for a column of zeros */
+  double length[TL_FACTOR_MAX];             /* of each column, 1 for a column of zeros */
   double us[TL_FACTOR_MAX * TL_FACTOR_MAX]; /* U S, (p x p) row-major */
   double v[TL_FACTOR_MAX * TL_FACTOR_MAX];
   double singular[TL_FACTOR_MAX];

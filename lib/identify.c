@@ -8,6 +8,7 @@
 
 #define PRIOR_FACTOR 10.0 /* default upper bound, in priors */
 #define COLUMN_FACTOR 3.0 /* where the prior is 0: in torques that the column alone would explain */
+#define LEAST_SHARE 1e-6   /* of the upper bound: where a parameter that must be positive ends */
 #define NEAR_BOUND 1e-3   /* of the bounds' width */
 
 tl_identify_settings tl_identify_defaults(void) {
@@ -37,26 +38,32 @@ static double column_length(const tl_factor *f, int j) {
   return sqrt(sum);
 }
 
-/* all joints in one factor, each weighted so that noise counts the same everywhere */
+/* does a joint have enough rows to tell its own noise? One that hardly moves has not */
+static int has_rows(const tl_factor *f) {
+  return f->rows > (size_t)f->columns;
+}
+
+/* all joints in one factor, each weighted so that noise counts the same everywhere;
+ * the few rows of a joint that hardly moves weigh nothing */
 static tl_status combine(tl_problem *p, const tl_factor *factor) {
   int j, index[TL_MAX_ROW];
   double least = 0.0, most = 0.0;
   tl_status status = tl_factor_init(&p->factor, p->bases);
 
   for (j = 0; j < p->joints && status == TL_OK; j++) {
-    if (factor[j].rows <= (size_t)factor[j].columns) return TL_ERR_TOO_SHORT;
-    p->noise[j] = own_residual(&factor[j]);
+    p->noise[j] = has_rows(&factor[j]) ? own_residual(&factor[j]) : 0.0;
     most = p->noise[j] > most ? p->noise[j] : most;
   }
   /* a joint without any residual (noise-free data) must not weigh infinitely */
   least = most > 0.0 ? 1e-6 * most : 1.0;
-  for (j = 0; j < p->joints; j++) {
+  for (j = 0; j < p->joints && status == TL_OK; j++) {
     double noise = p->noise[j] > least ? p->noise[j] : least;
+    if (!has_rows(&factor[j])) continue;
     p->weight[j] = p->settings.weighting == TL_WEIGHT_NOISE ? 1.0 / noise : 1.0;
     tl_row_index(&p->model, j, index);
     tl_factor_merge(&p->factor, &factor[j], index, p->weight[j]);
   }
-  return status;
+  return status == TL_OK && p->factor.rows == 0 ? TL_ERR_TOO_SHORT : status;
 }
 
 /* the size at which parameter i alone would explain the whole torque, through its base parameters */
@@ -88,6 +95,7 @@ static tl_status set_bounds(tl_problem *p) {
       if (table[i].angle) size = TL_PI;
       p->upper[i] = size;
       p->lower[i] = table[i].lower > -size ? table[i].lower : -size;
+      if (table[i].positive) p->lower[i] += LEAST_SHARE * size;
     }
     if (p->settings.fixed[i]) p->lower[i] = p->upper[i] = p->prior[i];
     if (!(p->lower[i] <= p->upper[i]) || p->lower[i] < table[i].lower) return TL_ERR_RANGE;
@@ -178,7 +186,7 @@ int tl_problem_widen(tl_problem *problem, const double *best) {
   for (i = 0; i < n; i++) {
     double width = problem->upper[i] - problem->lower[i];
     int above = best[i] > problem->upper[i] - NEAR_BOUND * width;
-    int below = best[i] < problem->lower[i] + NEAR_BOUND * width && problem->lower[i] > table[i].lower;
+    int below = best[i] < problem->lower[i] + NEAR_BOUND * width && problem->lower[i] < 0.0;
 
     if (problem->settings.bounded[i] || problem->settings.fixed[i] || table[i].angle || !(above || below))
       continue;

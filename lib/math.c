@@ -267,8 +267,8 @@ double tl_log(double x) {
   double s = f / (2.0 + f);
   double z = s * s;
   double z2 = z * z;
-  double p = (TL_LOG_0 + z * TL_LOG_1) + z2 * ((TL_LOG_2 + z * TL_LOG_3) +
-                                              z2 * ((TL_LOG_4 + z * TL_LOG_5) + z2 * TL_LOG_6));
+  double p = (TL_LOG_0 + z * TL_LOG_1) +
+             z2 * ((TL_LOG_2 + z * TL_LOG_3) + z2 * ((TL_LOG_4 + z * TL_LOG_5) + z2 * TL_LOG_6));
   return k * TL_LN2_0 + (f - (s * (f - z * p) - k * TL_LN2_1));
 }
 

@@ -234,16 +234,16 @@ enum {
 };
 
 static const tl_parameter leg_parameter[PARAMETERS] = {
-    [P_MOTOR_COM] = {"ankle_motor_com_m", offsetof(tl_model, ankle_motor_com_m), 0.0, 0},
-    [P_FOOT_COM] = {"foot_com_m", offsetof(tl_model, foot_com_m), 0.0, 0},
-    [P_SHANK_COM] = {"shank_com_m", offsetof(tl_model, shank_com_m), 0.0, 0},
-    [P_SHANK_INERTIA] = {"shank_inertia_kg_m2", offsetof(tl_model, shank_inertia_kg_m2), 0.0, 0},
-    [P_ROTOR_INERTIA] = {"ankle_rotor_inertia_kg_m2", TL_DRIVE_OFFSET(1, rotor_inertia_kg_m2), 0.0, 0},
-    [P_FOOT_INERTIA] = {"foot_inertia_kg_m2", offsetof(tl_model, foot_inertia_kg_m2), 0.0, 0},
-    [P_KNEE_COULOMB] = {"knee_coulomb_Nm", TL_DRIVE_OFFSET(0, coulomb_Nm), 0.0, 0},
-    [P_KNEE_VISCOUS] = {"knee_viscous_Nms_rad", TL_DRIVE_OFFSET(0, viscous_Nms_rad), 0.0, 0},
-    [P_ANKLE_COULOMB] = {"ankle_coulomb_Nm", TL_DRIVE_OFFSET(1, coulomb_Nm), 0.0, 0},
-    [P_ANKLE_VISCOUS] = {"ankle_viscous_Nms_rad", TL_DRIVE_OFFSET(1, viscous_Nms_rad), 0.0, 0},
+    [P_MOTOR_COM] = {"ankle_motor_com_m", offsetof(tl_model, ankle_motor_com_m), 0.0, 0, 0},
+    [P_FOOT_COM] = {"foot_com_m", offsetof(tl_model, foot_com_m), 0.0, 0, 0},
+    [P_SHANK_COM] = {"shank_com_m", offsetof(tl_model, shank_com_m), 0.0, 0, 0},
+    [P_SHANK_INERTIA] = {"shank_inertia_kg_m2", offsetof(tl_model, shank_inertia_kg_m2), 0.0, 0, 1},
+    [P_ROTOR_INERTIA] = {"ankle_rotor_inertia_kg_m2", TL_DRIVE_OFFSET(1, rotor_inertia_kg_m2), 0.0, 0, 1},
+    [P_FOOT_INERTIA] = {"foot_inertia_kg_m2", offsetof(tl_model, foot_inertia_kg_m2), 0.0, 0, 1},
+    [P_KNEE_COULOMB] = {"knee_coulomb_Nm", TL_DRIVE_OFFSET(0, coulomb_Nm), 0.0, 0, 0},
+    [P_KNEE_VISCOUS] = {"knee_viscous_Nms_rad", TL_DRIVE_OFFSET(0, viscous_Nms_rad), 0.0, 0, 0},
+    [P_ANKLE_COULOMB] = {"ankle_coulomb_Nm", TL_DRIVE_OFFSET(1, coulomb_Nm), 0.0, 0, 0},
+    [P_ANKLE_VISCOUS] = {"ankle_viscous_Nms_rad", TL_DRIVE_OFFSET(1, viscous_Nms_rad), 0.0, 0, 0},
 };
 
 static const char *const leg_base[BASES] = {

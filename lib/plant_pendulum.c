@@ -41,12 +41,12 @@ void tl_pendulum_regressor(const tl_model *m, const tl_motion *motion, double *r
 }
 
 static const tl_parameter parameter[PARAMETERS] = {
-    [P_INERTIA] = {"inertia_kg_m2", offsetof(tl_model, inertia_kg_m2), 0.0, 0},
-    [P_MOMENT] = {"gravity_moment_kg_m", offsetof(tl_model, gravity_moment_kg_m), 0.0, 0},
-    [P_ZERO] = {"gravity_zero_rad", offsetof(tl_model, gravity_zero_rad), TL_UNBOUNDED, 1},
-    [P_OFFSET] = {"torque_offset_Nm", offsetof(tl_model, torque_offset_Nm), TL_UNBOUNDED, 0},
-    [P_COULOMB] = {"coulomb_Nm", TL_DRIVE_OFFSET(0, coulomb_Nm), 0.0, 0},
-    [P_VISCOUS] = {"viscous_Nms_rad", TL_DRIVE_OFFSET(0, viscous_Nms_rad), 0.0, 0},
+    [P_INERTIA] = {"inertia_kg_m2", offsetof(tl_model, inertia_kg_m2), 0.0, 0, 1},
+    [P_MOMENT] = {"gravity_moment_kg_m", offsetof(tl_model, gravity_moment_kg_m), 0.0, 0, 0},
+    [P_ZERO] = {"gravity_zero_rad", offsetof(tl_model, gravity_zero_rad), TL_UNBOUNDED, 1, 0},
+    [P_OFFSET] = {"torque_offset_Nm", offsetof(tl_model, torque_offset_Nm), TL_UNBOUNDED, 0, 0},
+    [P_COULOMB] = {"coulomb_Nm", TL_DRIVE_OFFSET(0, coulomb_Nm), 0.0, 0, 0},
+    [P_VISCOUS] = {"viscous_Nms_rad", TL_DRIVE_OFFSET(0, viscous_Nms_rad), 0.0, 0, 0},
 };
 
 static const char *const base_name[BASES] = {"inertia",       "gravity_sin", "gravity_cos",

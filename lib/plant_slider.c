@@ -17,10 +17,10 @@ void tl_slider_regressor(const tl_motion *motion, double *row) {
 }
 
 static const tl_parameter parameter[PARAMETERS] = {
-    [MASS] = {"mass_kg", offsetof(tl_model, mass_kg), 0.0, 0},
-    [COULOMB] = {"coulomb_N", TL_DRIVE_OFFSET(0, coulomb_Nm), 0.0, 0},
-    [VISCOUS] = {"viscous_Ns_m", TL_DRIVE_OFFSET(0, viscous_Nms_rad), 0.0, 0},
-    [OFFSET] = {"force_offset_N", offsetof(tl_model, force_offset_N), TL_UNBOUNDED, 0},
+    [MASS] = {"mass_kg", offsetof(tl_model, mass_kg), 0.0, 0, 1},
+    [COULOMB] = {"coulomb_N", TL_DRIVE_OFFSET(0, coulomb_Nm), 0.0, 0, 0},
+    [VISCOUS] = {"viscous_Ns_m", TL_DRIVE_OFFSET(0, viscous_Nms_rad), 0.0, 0, 0},
+    [OFFSET] = {"force_offset_N", offsetof(tl_model, force_offset_N), TL_UNBOUNDED, 0, 0},
 };
 
 static const char *const base_name[PARAMETERS] = {"mass", "coulomb", "viscous", "force_offset"};

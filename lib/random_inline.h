@@ -36,8 +36,10 @@ static inline double tl_uniform_of_words(uint32_t low, uint32_t high) {
   return (double)(int64_t)(bits >> 11) * 0x1p-53;
 }
 
-static inline void tl_random_uniform2_inline(uint64_t seed, uint64_t stream, uint64_t counter, double out[2]) {
-  uint32_t words[4] = {(uint32_t)counter, (uint32_t)(counter >> 32), (uint32_t)stream, (uint32_t)(stream >> 32)};
+static inline void tl_random_uniform2_inline(uint64_t seed, uint64_t stream, uint64_t counter,
+                                             double out[2]) {
+  uint32_t words[4] = {(uint32_t)counter, (uint32_t)(counter >> 32), (uint32_t)stream,
+                       (uint32_t)(stream >> 32)};
   uint32_t key[2] = {(uint32_t)seed, (uint32_t)(seed >> 32)};
   tl_philox_inline(words, key, words);
   out[0] = tl_uniform_of_words(words[0], words[1]);

@@ -117,6 +117,7 @@ typedef struct tl_parameter {
   size_t offset;    /* of its double in tl_model */
   double lower;     /* physical bound, -infinity if none */
   int angle;        /* 1: an angle, every value within +-pi is as likely */
+  int positive;     /* 1: must lie above `lower`, not on it */
 } tl_parameter;
 
 /* Physical parameters of the plant, in the order of the model file; n of them.

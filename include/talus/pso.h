@@ -57,8 +57,9 @@ typedef struct tl_pso_settings {
   uint64_t seed;
 } tl_pso_settings;
 
-/* Constriction, global best, 100 particles, 2,000 generations, one swarm, seed 1: on the leg's ten
- * parameters 200 of 200 seeds reach the least-squares cost to 1e-14 and its base parameters to 2e-7.  */
+/* Constriction, global best, c1 = c2 = 2.05, 100 particles, at most 2,000 generations, one swarm,
+ * nine moves in ten with common draws, tolerance 1e-14, seed 1: on the leg's ten parameters every
+ * one of 200 seeds reaches the least-squares cost to 1e-14 in about 36,000 evaluations. */
 tl_pso_settings tl_pso_defaults(void);
 
 /* Cost of a point x (dimensions): finite or +infinity (NaN counts as that);

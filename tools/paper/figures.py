@@ -75,7 +75,7 @@ def lines(x, curves, x_label, y_label, scale=1.0):
 # ---- the linkage: figure 3 -----------------------------------------------------------
 
 
-def linkage(results, series, series_at_published):
+def linkage(results, series, omega, series_at_omega):
     """Motor angle, ratio, the series' errors over the angle, and their largest against omega."""
     degrees = numpy.degrees(series["joint"])
     roles = dict(zip(series["error"], ("residual", "ankle", "identified")))
@@ -91,12 +91,12 @@ def linkage(results, series, series_at_published):
         axes.margins(x=0.02)
         axes.text(0.02, published.RATIO_ERROR * 2.5, "the paper’s", transform=axes.get_yaxis_transform())
 
-    errors = [(roles[order], curve) for order, curve in series_at_published.items()]
+    errors = [(roles[order], curve) for order, curve in series_at_omega.items()]
     return [
         draw("f3a", "motor angle", lines(degrees, [("ink", series["motor"])], "joint angle [°]", "[rad]")),
         draw("f3b", "ratio", lines(degrees, [("ink", series["ratio"])], "joint angle [°]", "[rad/rad]")),
-        draw("f3c", "relative error of the ratio at that ω", lines(degrees, errors, "joint angle [°]", "[10⁻³]", MILLI)),
-        draw("f3d", "largest relative error of the ratio", against_omega),
+        draw("f3c", f"relative error of the ratio at ω = {omega:.3g}", lines(degrees, errors, "joint angle [°]", "[10⁻³]", MILLI)),
+        draw("f3d", "largest relative error of the ratio against ω", against_omega),
     ]
 
 
@@ -171,8 +171,7 @@ def singular_values(values):
     def into(axes):
         share = numpy.array(values) / values[0]
         roles = ["identified"] * (len(share) - 1) + ["residual"]
-        axes.bar(range(1, len(share) + 1), share / 1e-18, bottom=1e-18, color=[ROLE[role] for role in roles], width=0.6)
-        axes.set_yscale("log")
+        axes.bar(range(1, len(share) + 1), share, color=[ROLE[role] for role in roles], width=0.6, log=True)
         axes.set_ylim(1e-18, 10)
         axes.set_xticks(range(1, len(share) + 1))
         axes.grid(axis="x", visible=False)
