@@ -195,10 +195,13 @@ endef
 $(foreach d,$(APP_DIRS),$(eval $(call program_rule,$(d))))
 
 # Each tests/programs/NAME.c is a small program that shows a part of apps/common/ to
-# the tests; NAME goes to build/tests/. Whatever runs tests builds them.
+# the tests; NAME goes to build/tests/. Each tools/bench/NAME.c serves `make bench` and
+# goes to build/bench/. Whatever runs tests builds them all.
 TEST_SOURCES := $(sort $(wildcard tests/programs/*.c))
 TEST_PROGRAMS := $(if $(APP_MISSING),,$(TEST_SOURCES:tests/programs/%.c=$(BUILD)/tests/%))
-test-programs: $(TEST_PROGRAMS)
+BENCH_SOURCES := $(sort $(wildcard tools/bench/*.c))
+BENCH_PROGRAMS := $(if $(APP_MISSING),,$(BENCH_SOURCES:tools/bench/%.c=$(BUILD)/bench/%))
+test-programs: $(TEST_PROGRAMS) $(BENCH_PROGRAMS)
 
 $(OBJ)/tests/%.o: tests/%.c | $(BUILD)/assets/assets.h
 	$(say) CC $<
@@ -206,6 +209,18 @@ $(OBJ)/tests/%.o: tests/%.c | $(BUILD)/assets/assets.h
 	$(Q)$(CC) $(CPPFLAGS) $(APP_FLAGS) $(CFLAGS) -MMD -MP -c -o $@ $<
 
 $(BUILD)/tests/%: $(OBJ)/tests/programs/%.o $(COMMON_ARCHIVE) $(SANITIZER_OPTIONS) $(BUILD)/lib/libtalus.a \
+    $(BUILD)/flags
+	$(say) LINK $@
+	@mkdir -p $(@D)
+	$(Q)$(CC) $(CFLAGS) $(SANITIZERS) $(LDFLAGS) -o $@ $(filter %.o,$^) $(COMMON_ARCHIVE) \
+	  $(BUILD)/lib/libtalus.a $(APP_LIBS)
+
+$(OBJ)/tools/%.o: tools/%.c | $(BUILD)/assets/assets.h
+	$(say) CC $<
+	@mkdir -p $(@D)
+	$(Q)$(CC) $(CPPFLAGS) $(APP_FLAGS) $(CFLAGS) -MMD -MP -c -o $@ $<
+
+$(BUILD)/bench/%: $(OBJ)/tools/bench/%.o $(COMMON_ARCHIVE) $(SANITIZER_OPTIONS) $(BUILD)/lib/libtalus.a \
     $(BUILD)/flags
 	$(say) LINK $@
 	@mkdir -p $(@D)
@@ -279,7 +294,7 @@ $(BUILD)/lib/libsanitizer_options.so: tests/sanitizer_options.c
 # The one static analyser that gates: zero findings. A stamp for each source, so
 # that only what changed is read again.
 CLANG_TIDY ?= clang-tidy
-LINT_SOURCES := $(LIB_SOURCES) $(if $(APP_MISSING),,$(COMMON_SOURCES) $(TEST_SOURCES) \
+LINT_SOURCES := $(LIB_SOURCES) $(if $(APP_MISSING),,$(COMMON_SOURCES) $(TEST_SOURCES) $(BENCH_SOURCES) \
   $(foreach d,$(APP_DIRS),$(wildcard $(d)/*.c)))
 LINT_HEADERS := $(HEADERS) $(wildcard lib/*.h lib/*/*.h apps/*/*.h)
 lint_flags = $(if $(filter lib/%,$(1)),$(LIB_FLAGS),$(APP_FLAGS))
@@ -304,7 +319,7 @@ paper:
 
 bench:
 	@tools/setup bench
-	$(again) all
+	$(again) all test-programs
 	$(Q)$(run_env) tools/bench/run
 
 # ---- install ----------------------------------------------------------------

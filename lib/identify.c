@@ -159,7 +159,8 @@ double tl_identify_cost(const double *x, const void *context) {
   tl_problem_parameters(p, x, value);
   tl_parameters_set(&m, value);
   tl_base_values(&m, base);
-  return tl_factor_cost(&p->factor, base) / (double)p->factor.rows;
+  /* the constant part, which no parameter changes, would hide the last digits */
+  return tl_factor_excess(&p->factor, base) / (double)p->factor.rows;
 }
 
 size_t tl_identify_memory(const tl_problem *problem) {

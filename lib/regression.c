@@ -81,21 +81,33 @@ static void motion_at(const tl_model *m, const tl_track *track, int joints, size
   now->slip[1] = foot > 0.0 ? 1.0 : foot < 0.0 ? -1.0 : 0.0;
 }
 
-static void regressor_rows(const tl_regression *r, size_t n, tl_regression_space *space) {
+/* what the modelled effects add at one instant */
+static double effects_at(const tl_regression *r, const tl_block *block, const tl_motion *now, int joint,
+                         size_t i) {
+  double effort;
+  int sensor = r->layout.load != TL_CHANNEL_COUNT;
+
+  if (r->effects == 0) return 0.0;
+  effort = r->layout.effort_scale[joint] * block->channel[r->layout.effort[joint]][i];
+  return tl_effects_torque(r->effect, r->effects, &r->model, now, joint, block->t_s[i] - r->begin_s,
+                           sensor ? &effort : NULL);
+}
+
+static void regressor_rows(const tl_regression *r, const tl_block *block, tl_regression_space *space) {
   int joints = tl_joint_count(&r->model), j, k;
   double row[TL_MAX_JOINTS * TL_MAX_ROW], known[TL_MAX_JOINTS];
   tl_motion now;
   size_t i;
 
   memset(&now, 0, sizeof now);
-  for (i = 0; i < n; i++) {
+  for (i = 0; i < block->n; i++) {
     motion_at(&r->model, &space->track, joints, i, &now);
     tl_regressor(&r->model, &now, row, known);
     for (j = 0; j < joints; j++) {
       int columns = space->rows[j].columns;
       double *raw = space->raw[j];
       for (k = 0; k < columns; k++) raw[(size_t)k * space->capacity + i] = row[j * TL_MAX_ROW + k];
-      raw[(size_t)KNOWN(columns) * space->capacity + i] = known[j];
+      raw[(size_t)KNOWN(columns) * space->capacity + i] = known[j] + effects_at(r, block, &now, j, i);
     }
   }
 }
@@ -153,7 +165,7 @@ tl_status tl_regression_motion(const tl_regression *r, const tl_block *block, tl
   if (block->n > space->capacity) return TL_ERR_WORKSPACE;
   status = tl_kinematics(&r->model, &r->layout, r->sensing, block, space->work, space->work_n, &space->track);
   if (status != TL_OK) return status;
-  regressor_rows(r, block->n, space);
+  regressor_rows(r, block, space);
   for (j = 0; j < tl_joint_count(&r->model); j++) {
     bridge_stops(space, block->t_s, j);
     measured_rows(r, block, j, space);

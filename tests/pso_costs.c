@@ -65,8 +65,7 @@ double hole(const double *x, const void *context) {
 double leg(const double *p, const void *context) {
   const triangle *t = context;
   double b[9] = {p[0] + t->shank_mass * p[1] * p[1] + t->motor_mass * p[2] * p[2],
-                 t->shank_mass * p[1] + t->motor_mass * p[2],
-                 t->foot_mass * p[3],
+                 t->shank_mass * p[1] + t->motor_mass * p[2], t->foot_mass * p[3],
                  p[4] + t->foot_mass * p[3] * p[3]};
   for (int i = 5; i < 10; i++) b[i - 1] = p[i];
   return excess(t, b) + t->constant;

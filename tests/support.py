@@ -52,4 +52,5 @@ def run(name, *arguments, status=0, **options):
 def make_variable(name):
     """A variable of the Makefile, as a list of words."""
     make = ["make", "-s", "--no-print-directory", "-C", str(REPOSITORY), f"print-{name}"]
-    return subprocess.run(make, check=True, capture_output=True, text=True).stdout.split()
+    environment = {k: v for k, v in os.environ.items() if k != "LD_PRELOAD"}  # make is not ours to sanitize
+    return subprocess.run(make, check=True, capture_output=True, text=True, env=environment).stdout.split()

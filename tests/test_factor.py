@@ -59,7 +59,9 @@ def test_triangle_is_that_of_a_qr_of_all_rows(n, p):
     r = triangle(factor_of(x, z))
     assert (np.diag(r) >= 0).all()
     # R'R = A'A decides R up to the signs of its rows
-    np.testing.assert_allclose(r.T @ r, full.T @ full, rtol=0, atol=20 * n * EPS * np.abs(full.T @ full).max())
+    np.testing.assert_allclose(
+        r.T @ r, full.T @ full, rtol=0, atol=20 * n * EPS * np.abs(full.T @ full).max()
+    )
     if n > p:
         expected = np.linalg.qr(full, mode="r")
         expected *= np.sign(np.diag(expected))[:, None]
@@ -95,6 +97,20 @@ def test_cost_keeps_its_digits_without_noise():
     cost = lib.tl_factor_cost(factor_of(x, z), pointer(b))
     assert cost == pytest.approx(np.sum((x @ np.linalg.lstsq(x, z, rcond=None)[0] - z) ** 2), rel=1e-5)
     np.testing.assert_allclose(b, true, rtol=1e-9)
+
+
+def test_excess_is_the_cost_above_its_least_to_the_last_digits():
+    x, z = problem(4000, 6, seed=11, noise=1.0)
+    f = factor_of(x, z)
+    b, _ = solve(f)
+    least = lib.tl_factor_cost(f, pointer(b))
+    for size in (1.0, 1e-4, 1e-8, 1e-10):
+        step = size * np.random.default_rng(12).normal(size=6)
+        # |X (b + step) - z|^2 - |X b - z|^2 = |X step|^2, which the cost itself could not show below 1e-8
+        assert lib.tl_factor_excess(f, pointer(b + step)) == pytest.approx(np.sum((x @ step) ** 2), rel=1e-4)
+        assert lib.tl_factor_cost(f, pointer(b + step)) == pytest.approx(
+            least + np.sum((x @ step) ** 2), rel=1e-12
+        )
 
 
 @pytest.mark.parametrize("pieces", [2, 7, 50, 1000])

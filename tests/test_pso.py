@@ -27,7 +27,7 @@ def costs(tmp_path_factory):
     names = ("sphere", "rosenbrock", "quadratic", "hole", "leg")
     own.cdef(
         """typedef struct { int n; double centre[64]; } sum_context;
-           typedef struct { int p; double constant, shank_mass, motor_mass, foot_mass; double r[1056]; } triangle;"""
+           typedef struct { int p; double constant, shank_mass, motor_mass, foot_mass, r[1056]; } triangle;"""
         + "".join(f"double {name}(const double *x, const void *context);" for name in names)
     )
     opened = own.dlopen(str(library))
@@ -164,7 +164,7 @@ def linkage_ratio(angle):
 
 
 def leg_columns(seed, speed):
-    """Both motors' torques as columns of the nine base parameters, (12) in Lagrange's form, on a multisine."""
+    """Both motors' torques as columns of the nine base parameters, (12) by Lagrange, on a multisine."""
     random = np.random.default_rng(seed)
     t = np.arange(0, 8, 0.004)
     harmonics = 2 * np.pi * speed * np.arange(1, 6) / 4
@@ -188,7 +188,7 @@ def leg_columns(seed, speed):
 
 
 def leg_problem(seed, speed):
-    """Rows weighted by their noise; the truth within 40 % of the file's values; optimum and residual by lstsq."""
+    """Rows over their noise, truth within 40 % of P0: (X, z, optimum, residual), the last two by lstsq."""
     random = np.random.default_rng(100 + seed)
     knee, ankle = leg_columns(seed, speed)
     truth = base_parameters(P0 * random.uniform(0.6, 1.4, 10))
@@ -228,7 +228,10 @@ def test_the_legs_ten_parameters_from_every_seed(costs, problem, speed):
         evaluations.append(swarm.c.evaluations)
         swarm = Swarm(0 * P0, 10 * P0, seed=seed).run(costs.leg, excess)
         np.testing.assert_allclose(base_parameters(swarm.best), b, rtol=1e-6, err_msg=f"seed {seed}")
-    print(f"condition {scaled[0] / scaled[-1]:.0f}: evaluations {np.median(evaluations):.0f}, most {max(evaluations)}")
+    print(
+        f"condition {scaled[0] / scaled[-1]:.0f}: "
+        f"evaluations {np.median(evaluations):.0f}, most {max(evaluations)}"
+    )
 
 
 # ---- the algorithm, from its description -----------------------------------
@@ -302,8 +305,10 @@ def run_in_parts(costs, context, parts, pool=None, **changes):
     swarm = Swarm([-5] * 6, [7] * 6, particles=40, iterations=60, restarts=2, **changes)
     states = []
     while True:
+
         def move(part):
             lib.tl_pso_move(swarm.c, part[0], part[1], costs.rosenbrock, context.address)
+
         list((pool.map if pool else map)(move, parts))
         states.append(swarm.positions.tobytes())
         if not lib.tl_pso_close(swarm.c):
@@ -373,7 +378,9 @@ def test_first_restart_is_the_single_swarm_and_more_never_harm(costs):
     found = np.empty((10, 3))
     for seed in range(10):
         for k, n in enumerate((1, 2, 5)):
-            swarm = Swarm([-5] * 6, [7] * 6, particles=10, iterations=30, restarts=n, tolerance=0.0, seed=seed)
+            swarm = Swarm(
+                [-5] * 6, [7] * 6, particles=10, iterations=30, restarts=n, tolerance=0.0, seed=seed
+            )
             swarm.run(costs.rosenbrock, context)
             found[seed, k] = swarm.c.best_cost
             assert swarm.c.evaluations == n * 300
@@ -395,7 +402,9 @@ def test_tolerance_stops_and_zero_never_does(costs):
 
 
 def test_one_generation_is_a_random_search(costs):
-    swarm = Swarm([0] * 2, [1] * 2, iterations=1, particles=50).run(costs.sphere, sphere_context(costs, [0.5, 0.5]))
+    swarm = Swarm([0] * 2, [1] * 2, iterations=1, particles=50).run(
+        costs.sphere, sphere_context(costs, [0.5, 0.5])
+    )
     assert swarm.c.evaluations == 50
     assert swarm.c.best_cost == ((swarm.positions - 0.5) ** 2).sum(axis=1).min()
 
@@ -429,8 +438,9 @@ def test_refusals():
         assert init(**changes) == lib.TL_ERR_ARGUMENT, changes
     for dimensions in (0, -1, constants.TL_PSO_MAX_DIMENSIONS + 1):
         assert init(dimensions=dimensions) == lib.TL_ERR_ARGUMENT
-    ranges = ({"cognitive": -1.0}, {"social": np.nan}, {"cognitive": 2.0, "social": 2.0}, {"tolerance": -1e-9},
-              {"tolerance": np.nan}, {"common_draw": 1.1}, {"inertia_begin": np.inf})  # fmt: skip
+    ranges = ({"cognitive": -1.0}, {"social": np.nan}, {"cognitive": 2.0, "social": 2.0},
+              {"tolerance": -1e-9}, {"tolerance": np.nan}, {"common_draw": 1.1},
+              {"inertia_begin": 2.0})  # fmt: skip
     for changes in ranges:
         assert init(**changes) == lib.TL_ERR_RANGE, changes
     for lower in ([2.0, 1.0], [np.nan, 1.0], [-np.inf, 1.0]):

@@ -49,14 +49,16 @@ def remez(f, weight, low, high, count):
     # a grid denser at the ends, without the ends, where weights may vanish
     grid = [middle - half * mp.cos(mp.pi * (2 * i + 1) / 3001) for i in range(1500)]
     points = [middle - half * mp.cos(mp.pi * (2 * i + 1) / (2 * count + 2)) for i in range(count + 1)]
+
+    def error_of(c):
+        return lambda x: weight(x) * (mp.polyval(c[::-1], x) - f(x))
+
     for _ in range(30):
         c, level = solve_reference(f, weight, points, count)
-        found, worst = extrema(lambda x: weight(x) * (mp.polyval(c[::-1], x) - f(x)), grid)
-        # keep count + 1 alternating points: drop the smaller end
-        def size(x):
-            return abs(weight(x) * (mp.polyval(c[::-1], x) - f(x)))
-        while len(found) > count + 1:
-            found.pop(0 if size(found[0]) < size(found[-1]) else -1)
+        error = error_of(c)
+        found, worst = extrema(error, grid)
+        while len(found) > count + 1:  # keep count + 1 alternating points: drop the smaller end
+            found.pop(0 if abs(error(found[0])) < abs(error(found[-1])) else -1)
         if worst < level * mpf("1.001") or len(found) < count + 1:
             return c, worst
         points = found
@@ -65,6 +67,7 @@ def remez(f, weight, low, high, count):
 
 def odd(function):
     """function(x) = x + x^3 P(x^2): P and the weight of its error, over z = x^2."""
+
     def rest(z):
         x = mp.sqrt(z)
         return (function(x) - x) / (x * z)
@@ -99,14 +102,35 @@ def table():
     log_end = ((mp.sqrt(2) - 1) / (mp.sqrt(2) + 1)) ** 2 * mpf("1.0001")
     return [
         ("SIN", "sin x = x + x z P(z), z = x^2, |x| <= pi/4", *odd(mp.sin), 0, quarter, 6),
-        ("COS", "cos x = 1 - z/2 + z^2 P(z), z = x^2, |x| <= pi/4", cosine_rest,
-         lambda z: z * z / mp.cos(mp.sqrt(z)), 0, quarter, 6),
+        (
+            "COS",
+            "cos x = 1 - z/2 + z^2 P(z), z = x^2, |x| <= pi/4",
+            cosine_rest,
+            lambda z: z * z / mp.cos(mp.sqrt(z)),
+            0,
+            quarter,
+            6,
+        ),
         ("ATAN", "atan x = x + x z P(z), z = x^2, |x| <= 1/2", *odd(mp.atan), 0, mpf(1) / 4, 13),
         ("ASIN", "asin x = x + x z P(z), z = x^2, |x| <= 1/2", *odd(mp.asin), 0, mpf(1) / 4, 13),
-        ("EXP", "e^x = 1 + x + x^2 P(x), |x| <= ln(2)/2", exponential_rest,
-         lambda x: (x * x + mpf("1e-3")) / mp.exp(x), -half_ln2, half_ln2, 10),
-        ("LOG", "ln((1 + s)/(1 - s)) = 2 s + s z P(z), z = s^2, |s| <= tan(pi/8)^2", logarithm_rest,
-         lambda z: mp.sqrt(z) * z / (2 * mp.atanh(mp.sqrt(z))), 0, log_end, 7),
+        (
+            "EXP",
+            "e^x = 1 + x + x^2 P(x), |x| <= ln(2)/2",
+            exponential_rest,
+            lambda x: (x * x + mpf("1e-3")) / mp.exp(x),
+            -half_ln2,
+            half_ln2,
+            10,
+        ),
+        (
+            "LOG",
+            "ln((1 + s)/(1 - s)) = 2 s + s z P(z), z = s^2, |s| <= tan(pi/8)^2",
+            logarithm_rest,
+            lambda z: mp.sqrt(z) * z / (2 * mp.atanh(mp.sqrt(z))),
+            0,
+            log_end,
+            7,
+        ),
         ("TANH", "tanh x = x + x z P(z), z = x^2, |x| <= 0.55", *odd(mp.tanh), 0, mpf("0.3025"), 11),
     ]
 
@@ -124,9 +148,16 @@ def split(value, bits):
 def constants():
     """(name, comment, parts) of the constants that reductions subtract."""
     return [
-        ("PI_2_NEAR", "pi/2 in 36 + 53 bits: k times the first is exact for k < 2^17", split(mp.pi / 2, [36])),
-        ("PI_2_FAR", "pi/2 in 22 + 22 + 22 + 53 bits: products exact for k < 2^31",
-         split(mp.pi / 2, [22, 22, 22])),
+        (
+            "PI_2_NEAR",
+            "pi/2 in 36 + 53 bits: k times the first is exact for k < 2^17",
+            split(mp.pi / 2, [36]),
+        ),
+        (
+            "PI_2_FAR",
+            "pi/2 in 22 + 22 + 22 + 53 bits: products exact for k < 2^31",
+            split(mp.pi / 2, [22, 22, 22]),
+        ),
         ("LN2", "ln 2 in 40 + 53 bits", split(mp.log(2), [40])),
         ("PI_4", "pi/4 in 53 + 53 bits", split(mp.pi / 4, [53])),
         ("PI_3_4", "3 pi/4 in 53 + 53 bits", split(3 * mp.pi / 4, [53])),

@@ -83,6 +83,23 @@ struct output *output_open(const char *path, struct app_error *error) {
   return NULL;
 }
 
+int output_probe(const char *path, struct app_error *error) {
+  struct stat status;
+  if (strcmp(path, "-") == 0) return 0;
+  if (stat(path, &status) == 0 && !S_ISREG(status.st_mode) && !S_ISDIR(status.st_mode)) return 0;
+  struct output *out = output_open(path, error);
+  output_abandon(out);
+  return out ? 0 : -1;
+}
+
+int output_same(const char *path, const char *other) {
+  struct stat a, b;
+  const int there = stat(path, &a) == 0;
+  if (there != (stat(other, &b) == 0)) return 0;
+  if (!there) return strcmp(path, other) == 0;
+  return S_ISREG(a.st_mode) && a.st_dev == b.st_dev && a.st_ino == b.st_ino;
+}
+
 /* ---- writing -------------------------------------------------------------- */
 
 static void write_all(struct output *out, const char *byte, size_t n) {

@@ -25,6 +25,12 @@ struct output;
  * outlive the output. Ends with output_commit or output_abandon, which free it. */
 struct output *output_open(const char *path, struct app_error *error);
 
+/* Could a file of this name be written? 0, or -1 with status 1; nothing is changed. For a program that
+ * writes several files, or computes long, and would rather know before. */
+int output_probe(const char *path, struct app_error *error);
+/* Do two paths lead to one file? Not when that is a device or a pipe. */
+int output_same(const char *path, const char *other);
+
 void output_bytes(struct output *out, const void *bytes, size_t n);
 void output_text(struct output *out, const char *text);
 void output_printf(struct output *out, const char *format, ...) APP_PRINTF(2, 3);

@@ -203,6 +203,10 @@ const tl_regression *stream_regression(const struct stream *stream) {
   return &stream->regression;
 }
 
+const char *stream_path(const struct stream *stream) {
+  return recording_path(stream->recording);
+}
+
 /* ---- walking ---------------------------------------------------------------- */
 
 static int time_at(struct stream *s, size_t row, double *t_s, struct app_error *error) {

@@ -38,6 +38,8 @@ struct stream *stream_open(struct recording *recording, const tl_model *model, c
 void stream_close(struct stream *stream);
 
 const tl_regression *stream_regression(const struct stream *stream);
+/* The recording's path, as recording_open was given it. */
+const char *stream_path(const struct stream *stream);
 
 /* Every part with its scored rows (space->rows), or with motion and regressor alone (space->track, raw). */
 int stream_rows(struct stream *stream, stream_visit visit, void *context, struct app_error *error);

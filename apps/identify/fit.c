@@ -69,14 +69,15 @@ static int fold_all(struct folding *f, const tl_model *model, struct stream *con
 /* ---- the search ------------------------------------------------------------- */
 
 static int set_problem(struct fit *fit, const tl_model *model, const struct fit_settings *settings,
-                       const tl_factor *factor, struct app_error *error) {
+                       const tl_factor *factor, const char *path, struct app_error *error) {
   tl_status status = tl_problem_init(&fit->problem, model, &settings->identify, factor);
 
   if (status == TL_OK) return 0;
   if (status == TL_ERR_TOO_SHORT)
     return app_fail(error, APP_BAD_INPUT,
-                    "too few samples in motion: after standstill and the ends of segments are "
-                    "left out, a joint has fewer rows than parameters");
+                    "%s: too few samples in motion: after standstill and the ends of segments are left out, "
+                    "no joint has more rows than parameters",
+                    path);
   return app_fail(error, APP_BAD_INPUT, "%s",
                   status == TL_ERR_RANGE ? "bounds: a lower bound lies above its upper one, or outside the "
                                            "parameter's physical range"
@@ -93,7 +94,7 @@ static int reweight(struct fit *fit, struct folding *f, const tl_model *model,
     if (status != TL_OK) return app_fail(error, APP_FAILED, "%s", tl_status_text(status));
     memcpy(f->scale, fit->problem.noise, sizeof f->scale);
     if (fold_all(f, model, stream, streams, error) != 0) return -1;
-    if (set_problem(fit, model, settings, f->factor, error) != 0) return -1;
+    if (set_problem(fit, model, settings, f->factor, stream_path(stream[0]), error) != 0) return -1;
   }
   return 0;
 }
@@ -200,7 +201,7 @@ int fit_run(struct fit *fit, const tl_model *model, const struct fit_settings *s
   f.factor = calloc((size_t)f.joints, sizeof *f.factor);
   if (!f.factor) return app_fail(error, APP_FAILED, "out of memory");
   result = fold_all(&f, model, stream, streams, error);
-  if (result == 0) result = set_problem(fit, model, settings, f.factor, error);
+  if (result == 0) result = set_problem(fit, model, settings, f.factor, stream_path(stream[0]), error);
   if (result == 0 && settings->huber) result = reweight(fit, &f, model, settings, stream, streams, error);
   free(f.factor);
   free(f.scratch);

@@ -1,10 +1,12 @@
 /* talus-identify: fits a model's parameters to recordings by the seeded swarm. */
+#include <inttypes.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "cli.h"
 #include "decimal.h"
+#include "output.h"
 #include "report.h"
 
 /* ---- the command line -------------------------------------------------------- */
@@ -85,6 +87,8 @@ static enum cli_result read_settings(struct fit_settings *s, tl_window *window) 
   tl_pso_settings *swarm = &s->identify.swarm;
   int equal = 0, inertia = 0, ring = swarm->topology == TL_PSO_RING;
 
+  /* JSON's whole numbers have a sign */
+  if (asked.seed > INT64_MAX) return cli_complain("--seed is at most %" PRId64, INT64_MAX);
   if (asked.window && read_window(asked.window, window) != CLI_RUN) return CLI_USAGE;
   if (choose("weights", asked.weights, "noise", "equal", &equal) != CLI_RUN) return CLI_USAGE;
   if (choose("loss", asked.loss, "square", "huber", &s->huber) != CLI_RUN) return CLI_USAGE;
@@ -151,13 +155,43 @@ static void hold_and_bound(const struct model_file *file, const struct inputs *i
 
 /* ---- the run ------------------------------------------------------------------- */
 
+/* what would be written over: no two results in one file, none in a file that is read (but the model
+ * itself, which may be replaced by the identified one) */
+static enum cli_result check_results(char *const *path, int n) {
+  const struct {
+    const char *option, *path;
+  } result[] = {{"out", asked.out}, {"report", asked.report}, {"html", asked.html}};
+
+  for (int i = 0; i < 3; i++) {
+    if (!result[i].path) continue;
+    for (int j = 0; j < i; j++)
+      if (result[j].path && output_same(result[i].path, result[j].path))
+        return cli_complain("--%s and --%s are one file, %s", result[j].option, result[i].option,
+                            result[i].path);
+    for (int k = 0; k < n; k++)
+      if (output_same(result[i].path, path[k]))
+        return cli_complain("--%s: %s is a recording, it would be lost", result[i].option, path[k]);
+    if (i > 0 && output_same(result[i].path, asked.model))
+      return cli_complain("--%s: %s is the model, it would be lost", result[i].option, asked.model);
+  }
+  return CLI_RUN;
+}
+
+/* better known before the search than after it */
+static int probe_results(struct app_error *error) {
+  if (output_probe(asked.out, error) != 0) return -1;
+  if (asked.report && output_probe(asked.report, error) != 0) return -1;
+  return asked.html ? output_probe(asked.html, error) : 0;
+}
+
+/* the largest first: where the disk is full, nothing else has been replaced yet */
 static int write_results(const struct report_input *in, const struct picture *picture,
                          struct app_error *error) {
   struct model_file fitted = *in->prior;
 
   tl_parameters_set(&fitted.model, in->fit->result.value);
-  if (asked.report && report_write_json(asked.report, in, error) != 0) return -1;
   if (asked.html && picture_write(picture, asked.html, in, error) != 0) return -1;
+  if (asked.report && report_write_json(asked.report, in, error) != 0) return -1;
   return model_file_write(asked.out, &fitted, "identified by talus-identify", error);
 }
 
@@ -168,6 +202,7 @@ static int identify(const struct model_file *file, struct fit_settings *settings
   struct report_input report = {fit, file, in->stream, (const char *const *)path, in->n, asked.seed};
   int result = fit && (picture || !asked.html) ? 0 : app_fail(error, APP_FAILED, "out of memory");
 
+  if (result == 0) result = probe_results(error);
   if (result == 0)
     result = fit_run(fit, &file->model, settings, in->stream, in->n, picture ? picture_trace : NULL, picture,
                      error);
@@ -195,6 +230,7 @@ int main(int argc, char **argv) {
   case CLI_USAGE: return APP_BAD_INPUT;
   }
   if (read_settings(&settings, &window) != CLI_RUN) return APP_BAD_INPUT;
+  if (check_results(argv + first, argc - first) != CLI_RUN) return APP_BAD_INPUT;
   if (model_file_read(asked.model, &file, &error) != 0) return app_exit(&error);
   if (!asked.window && file.has_window) window = file.window;
   result = open_inputs(&in, &file, argv + first, argc - first,

@@ -2,6 +2,7 @@
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "page.h"
 #include "report.h"
@@ -93,20 +94,14 @@ static void parameter_table(struct page *page, const struct report_input *in) {
   }
 }
 
-static void null_space_paragraph(struct page *page, const struct report_input *in) {
-  const tl_identify_result *r = &in->fit->result;
-  const tl_parameter *table = tl_parameters(&in->prior->model, &(int){0});
+static void null_space_paragraphs(struct page *page, const struct report_input *in) {
+  char text[REPORT_TEXT + 20];
+  unsigned told = 0;
 
-  for (int k = 0; k < r->null_count; k++) {
-    char text[512];
-    int at = snprintf(text, sizeof text, "These recordings see only combinations of");
-    for (int i = 0; i < in->fit->problem.parameters; i++)
-      if (fabs(r->null_direction[k][i]) > 1e-3 && at < (int)sizeof text)
-        at += snprintf(text + at, sizeof text - (size_t)at, " %s", table[i].name);
-    if (at < (int)sizeof text)
-      snprintf(text + at, sizeof text - (size_t)at,
-               ": of all values that predict the same, those nearest to the "
-               "given ones are kept.");
+  for (int k = 0; k < in->fit->result.null_count; k++) {
+    size_t used = (size_t)snprintf(text, sizeof text, "Not identifiable: ");
+    if (!report_null_text(in, k, &told, text + used, REPORT_TEXT)) continue;
+    strcat(text, ".");
     page_paragraph(page, text);
   }
 }
@@ -155,7 +150,7 @@ int picture_write(const struct picture *picture, const char *path, const struct 
   if (!page) return app_fail(error, APP_FAILED, "out of memory");
   error_table(page, in);
   parameter_table(page, in);
-  null_space_paragraph(page, in);
+  null_space_paragraphs(page, in);
   for (int i = 0; i < in->recordings; i++) {
     page_heading(page, in->path[i]);
     charts(page, picture, in, i);

@@ -3,10 +3,12 @@
 
 #include <math.h>
 #include <stdio.h>
+#include <string.h>
 
 #include "json_file.h"
 
-#define POORLY_KNOWN 0.5 /* of the parameter's size: a standard deviation to warn of */
+#define POORLY_KNOWN 0.5  /* of the parameter's size: a standard deviation to warn of */
+#define IN_DIRECTION 1e-3 /* share of a null direction from which on a parameter belongs to it */
 
 const char *report_unit(const tl_model *model) {
   return model->plant == TL_PLANT_SLIDER ? "N" : "Nm";
@@ -162,38 +164,52 @@ static void say_parameters(const struct report_input *in) {
   }
 }
 
-static void say_null_space(const struct report_input *in) {
-  const tl_problem *p = &in->fit->problem;
-  const tl_identify_result *r = &in->fit->result;
-  const tl_parameter *table = tl_parameters(&p->model, &(int){0});
+/* the parameters of a null direction, a bit each */
+static unsigned members(const double *direction) {
+  unsigned set = 0;
 
-  for (int k = 0; k < r->null_count; k++) {
-    fprintf(stderr, "(*) not identifiable: these recordings see only combinations of");
-    for (int i = 0, first = 1; i < p->parameters; i++)
-      if (fabs(r->null_direction[k][i]) > 1e-3) {
-        fprintf(stderr, "%s %s", first ? "" : ",", table[i].name);
-        first = 0;
-      }
-    fprintf(stderr, "; the values nearest to the given ones are kept\n");
+  for (int i = 0; i < TL_MAX_PARAMETERS; i++)
+    if (fabs(direction[i]) > IN_DIRECTION) set |= 1u << i;
+  return set;
+}
+
+static void list_names(const tl_parameter *table, unsigned set, char *text, size_t size) {
+  text[0] = '\0';
+  for (int i = 0; i < TL_MAX_PARAMETERS; i++) {
+    size_t used = strlen(text);
+    if (set >> i & 1u) snprintf(text + used, size - used, "%s%s", used ? ", " : "", table[i].name);
   }
 }
 
-/* a parameter that stands alone in a null direction: nothing in the recordings moves it */
-static int unexcited(const tl_identify_result *r, int parameter) {
-  for (int k = 0; k < r->null_count; k++)
-    if (fabs(r->null_direction[k][parameter]) > 0.999) return 1;
-  return 0;
+int report_null_text(const struct report_input *in, int direction, unsigned *told, char *text, size_t size) {
+  const tl_parameter *table = tl_parameters(&in->fit->problem.model, &(int){0});
+  const unsigned set = members(in->fit->result.null_direction[direction]);
+  char names[400];
+
+  if ((set & ~*told) == 0) return 0;
+  *told |= set;
+  list_names(table, set, names, sizeof names);
+  if (set & (set - 1))
+    snprintf(text, size,
+             "these recordings see only combinations of %s: of all values that predict the same, those "
+             "nearest to the given ones are kept",
+             names);
+  else
+    snprintf(text, size, "%s is not excited by these recordings: the given value is kept", names);
+  return 1;
 }
 
 void report_warn(const struct report_input *in) {
   const tl_problem *p = &in->fit->problem;
   const tl_identify_result *r = &in->fit->result;
   const tl_parameter *table = tl_parameters(&p->model, &(int){0});
+  char text[REPORT_TEXT];
+  unsigned told = 0;
 
+  for (int k = 0; k < r->null_count; k++)
+    if (report_null_text(in, k, &told, text, sizeof text)) app_note("not identifiable (*): %s", text);
   for (int i = 0; i < p->parameters; i++) {
-    if (unexcited(r, i))
-      app_note("%s is not excited by these recordings: the given value is kept", table[i].name);
-    else if (r->identifiable[i] && r->at_bound[i])
+    if (r->identifiable[i] && r->at_bound[i])
       app_note("%s ends at its bound, %.3g", table[i].name, r->value[i]);
     else if (r->identifiable[i] && r->sigma[i] > POORLY_KNOWN * p->scale[i])
       app_note("%s is hardly excited: its standard deviation is %.2g on a value of %.3g", table[i].name,
@@ -214,20 +230,28 @@ static void say_certificate(const struct fit *fit) {
         "the swarm's optimum is not that of least squares: a bound is active, or more particles are needed");
 }
 
+static void say_error(const struct report_input *in, int joint) {
+  const tl_model *m = &in->prior->model;
+  const struct fit_error *e = &in->fit->error[joint];
+  const char *name = tl_joint_name(m, joint), *unit = report_unit(m);
+
+  if (e->scored == 0)
+    fprintf(stderr, "%s: no samples in motion, nothing to score; %zu near standstill left out\n", name,
+            e->left_out);
+  else
+    fprintf(stderr,
+            "%s: residual %.4g %s as given, %.4g %s identified (%.2f %% of the measured), %zu samples, "
+            "%zu near standstill left out\n",
+            name, report_rms(e->nominal, e->scored), unit, report_rms(e->identified, e->scored), unit,
+            report_relative(e), e->scored, e->left_out);
+}
+
 void report_say(const struct report_input *in) {
   const tl_model *m = &in->prior->model;
 
   say_windows(in);
   say_parameters(in);
-  say_null_space(in);
   report_warn(in);
   say_certificate(in->fit);
-  for (int j = 0; j < tl_joint_count(m); j++) {
-    const struct fit_error *e = &in->fit->error[j];
-    fprintf(stderr,
-            "%s: residual %.4g %s as given, %.4g %s identified (%.2f %% of the measured), %zu samples, "
-            "%zu near standstill left out\n",
-            tl_joint_name(m, j), report_rms(e->nominal, e->scored), report_unit(m),
-            report_rms(e->identified, e->scored), report_unit(m), report_relative(e), e->scored, e->left_out);
-  }
+  for (int j = 0; j < tl_joint_count(m); j++) say_error(in, j);
 }

@@ -30,6 +30,11 @@ void picture_trace(const struct fit_instant *instant, void *picture);
 int picture_write(const struct picture *picture, const char *path, const struct report_input *in,
                   struct app_error *error);
 
+/* A null direction in words, without a full stop: which parameters it is, and what became of them. `told` gathers
+ * the parameters that were named (0 at first); 0, and no text, where all of these were. */
+#define REPORT_TEXT 600
+int report_null_text(const struct report_input *in, int direction, unsigned *told, char *text, size_t size);
+
 /* Unit of a plant's torque: "Nm" or "N". RMS figures of one joint's error; relative in percent. */
 const char *report_unit(const tl_model *model);
 double report_rms(double sum_of_squares, size_t n);

@@ -22,6 +22,16 @@ static const struct cli_program program = {
             "valid = 0, the ends) hold the nearest estimate.",
 };
 
+/* the prediction must not be written over what it is made from */
+static enum cli_result check_result(const char *recording) {
+  if (!asked.out) return CLI_RUN;
+  if (output_same(asked.out, recording))
+    return cli_complain("--out: %s is the recording, it would be lost", recording);
+  if (output_same(asked.out, asked.model))
+    return cli_complain("--out: %s is the model, it would be lost", asked.model);
+  return CLI_RUN;
+}
+
 static int predict(const struct model_file *file, struct recording *recording, struct app_error *error) {
   struct stream *stream =
       stream_open(recording, &file->model, &file->score, file->has_window ? &file->window : NULL, error);
@@ -47,6 +57,7 @@ int main(int argc, char **argv) {
   case CLI_DONE: return APP_OK;
   case CLI_USAGE: return APP_BAD_INPUT;
   }
+  if (check_result(argv[first]) != CLI_RUN) return APP_BAD_INPUT;
   if (model_file_read(asked.model, &file, &error) != 0) return app_exit(&error);
   recording = recording_open(argv[first], file.model.plant, &error);
   if (!recording) return app_exit(&error);

@@ -1,11 +1,13 @@
 /* talus-sim: the bench twin. A plant in forward time under the bench's position control, as a
  * recording with the answer beside it. */
+#include <inttypes.h>
 #include <math.h>
 #include <string.h>
 
 #include "cli.h"
 #include "decimal.h"
 #include "error.h"
+#include "output.h"
 #include "twin.h"
 
 /* ---- the command line -------------------------------------------------------------- */
@@ -157,6 +159,10 @@ static enum cli_result check_numbers(void) {
     if (number[k].value < number[k].low || number[k].value > number[k].high)
       return cli_complain("--%s: %g is not within %g to %g", number[k].name, number[k].value, number[k].low,
                           number[k].high);
+  /* JSON's whole numbers have a sign */
+  if (asked.seed > INT64_MAX) return cli_complain("--seed is at most %" PRId64, INT64_MAX);
+  if (phase_seed != UINT64_MAX && phase_seed > INT64_MAX)
+    return cli_complain("--phase-seed is at most %" PRId64, INT64_MAX);
   if (harmonics > TL_MAX_HARMONICS) return cli_complain("--harmonics: more than %d", TL_MAX_HARMONICS);
   return CLI_RUN;
 }
@@ -173,6 +179,19 @@ static enum cli_result check_excitation(void) {
   return CLI_RUN;
 }
 
+/* no two files in one, and none in the model's place */
+static enum cli_result check_files(void) {
+  const struct {
+    const char *option, *path;
+  } file[] = {{"model", asked.model}, {"out", asked.out}, {"truth", asked.truth}, {"motion", asked.motion}};
+
+  for (int i = 1; i < 4; i++)
+    for (int j = 0; j < i; j++)
+      if (file[i].path && file[j].path && output_same(file[i].path, file[j].path))
+        return cli_complain("--%s and --%s are one file, %s", file[j].option, file[i].option, file[i].path);
+  return CLI_RUN;
+}
+
 static enum cli_result read_command_line(int argc, char **argv) {
   int first;
   enum cli_result result = cli_parse(&program, argc, argv, &first);
@@ -184,6 +203,7 @@ static enum cli_result read_command_line(int argc, char **argv) {
   if (result == CLI_RUN) result = read_limits();
   if (result == CLI_RUN) result = check_numbers();
   if (result == CLI_RUN) result = check_excitation();
+  if (result == CLI_RUN) result = check_files();
   asked.harmonics = (int)harmonics;
   asked.phase_seed = phase_seed == UINT64_MAX ? asked.seed : phase_seed;
   return result;

@@ -69,14 +69,16 @@ typedef struct tl_problem {
 } tl_problem;
 
 /* Combine the joints' factors (columns of joint j: tl_row_index; (joints) of them).
- * TL_ERR_TOO_SHORT when a factor has fewer rows than columns; TL_ERR_RANGE when
- * bounds contradict each other or leave the prior's physical range. */
+ * A joint with no more rows than columns (one that hardly moved) cannot tell its noise and
+ * weighs 0. TL_ERR_TOO_SHORT when all joints are such; TL_ERR_RANGE when bounds contradict
+ * each other or leave the prior's physical range. */
 TL_CHECK tl_status tl_problem_init(tl_problem *problem, const tl_model *prior, const tl_identify_settings *s,
                                    const tl_factor *factor);
 
 /* Physical parameters (value) at a point of the search, x. */
 void tl_problem_parameters(const tl_problem *problem, const double *x, double *value);
-/* Mean square of (16) at a point of the search, weighted; context is the tl_problem. A tl_pso_cost. */
+/* Mean square of (16) at a point of the search, weighted, less the constant that least squares would
+ * leave in any case (tl_factor_excess); context is the tl_problem. A tl_pso_cost. */
 double tl_identify_cost(const double *x, const void *context);
 
 /* Doubles of memory for the swarm. */
@@ -100,7 +102,7 @@ typedef struct tl_identify_result {
   int null_count;
   double null_direction[TL_MAX_PARAMETERS][TL_MAX_PARAMETERS];
   double condition_number;   /* of the regressor over the free base parameters, columns at unit length */
-  double cost;               /* of the swarm's optimum, see tl_identify_cost */
+  double cost;               /* mean square of (16) at the swarm's optimum, weighted */
   double least_squares_cost; /* of linear least squares over the same base parameters, no bounds */
 } tl_identify_result;
 

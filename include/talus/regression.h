@@ -19,6 +19,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#include "talus/effect.h"
 #include "talus/factor.h"
 #include "talus/filter.h"
 #include "talus/kinematics.h"
@@ -38,6 +39,10 @@ typedef struct tl_regression {
   tl_sensing sensing[TL_MAX_JOINTS];
   tl_lowpass lowpass;
   double step_s; /* median step of the recording */
+  /* effects that are modelled already: they count as known. Nullable: effect when effects is 0. */
+  const tl_effect *effect;
+  int effects;
+  double begin_s; /* the recording's first instant, from which effects of time count */
 } tl_regression;
 
 /* Layout and filter; the sensing is still to be filled. Errors of tl_layout_init and tl_lowpass_init. */

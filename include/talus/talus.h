@@ -60,6 +60,7 @@
 
 /* the bench twin */
 #include "talus/bench.h"
+#include "talus/effect.h"
 #include "talus/excitation.h"
 #include "talus/simulate.h"
 

@@ -16,7 +16,13 @@ FADE_S = 2.0  # (14) is faded in over this time before the recording begins
 JOINTS = ("knee", "ankle")
 
 # how far the leg as built may differ from its drawing, by what a key of the model file holds
-SPREAD = {"com_m": 0.10, "inertia_kg_m2": 0.20, "rotor_inertia_kg_m2": 0.20, "coulomb_Nm": 0.40, "viscous_Nms_rad": 0.40}
+SPREAD = {
+    "com_m": 0.10,
+    "inertia_kg_m2": 0.20,
+    "rotor_inertia_kg_m2": 0.20,
+    "coulomb_Nm": 0.40,
+    "viscous_Nms_rad": 0.40,
+}
 
 # columns of a recording and their decimals
 COLUMNS = {"time_s": 6, "knee_motor_rad": 6, "ankle_motor_rad": 6, "ankle_joint_rad": 7,
@@ -35,7 +41,10 @@ def as_built(tree, seed):
     def changed(node):
         if not isinstance(node, dict):
             return node
-        return {key: _off(value, SPREAD[key], random) if key in SPREAD else changed(value) for key, value in node.items()}
+        return {
+            key: _off(value, SPREAD[key], random) if key in SPREAD else changed(value)
+            for key, value in node.items()
+        }
 
     return changed(tree)
 
@@ -71,9 +80,7 @@ def series(phase_seed=None):
 def limits(machine):
     """What the bench with this machine on it can do."""
     out = ffi.new("tl_limits[]", len(JOINTS))
-    e = series()
-    settings = ffi.new("tl_bench_settings *", lib.tl_bench_defaults(machine.struct, e))
-    lib.tl_bench_limits(machine.struct, settings, out)
+    lib.tl_bench_limits(machine.struct, settings_of(machine, series(), 1), out)
     return out
 
 
@@ -95,12 +102,25 @@ def scaled(model, bounds, phase_seed=None):
     return Excitation(e, tuple(factor.amplitude), factor.speed, peaks(model, bounds, e))
 
 
-def record(machine, excitation, seconds, seed, path):
-    """Two minutes (or `seconds`) of the machine on the bench, written to `path`: (columns, true motor torque)."""
-    settings = ffi.new("tl_bench_settings *", lib.tl_bench_defaults(machine.struct, excitation.struct))
+def settings_of(machine, excitation, seed):
+    """The bench's settings for one recording."""
+    settings = ffi.new("tl_bench_settings *", lib.tl_bench_defaults(machine.struct, excitation))
     settings.sample_hz, settings.seed = published.SAMPLE_HZ, seed
     # whole ticks, so that samples lie amid two of them and a held current is seen neither early nor late
     settings.settle_s = round(settings.settle_s * settings.control_hz) / settings.control_hz
+    return settings
+
+
+def describe(settings):
+    """What the page says of the bench."""
+    return {"control_hz": settings.control_hz, "sample_hz": settings.sample_hz, "jitter_s": settings.jitter_s,
+            "encoder_bits": [float(numpy.log2(2 * numpy.pi / step)) for step in settings.drive_step_rad],
+            "current_noise_A": list(settings.current_noise_A)}  # fmt: skip
+
+
+def record(machine, excitation, seconds, seed, path):
+    """A recording of the machine on the bench, written to `path`: (columns, true motor torque)."""
+    settings = settings_of(machine, excitation.struct, seed)
     bench, row = ffi.new("tl_bench *"), ffi.new("double[]", lib.TL_CHANNEL_COUNT)
     check(lib.tl_bench_init(bench, machine.struct, excitation.struct, settings))
     number = {ffi.string(lib.tl_channel_name(c)).decode(): c for c in range(lib.TL_CHANNEL_COUNT)}

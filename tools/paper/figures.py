@@ -18,21 +18,47 @@ from .bench import JOINTS  # noqa: E402
 
 SIZE = (4.6, 2.4)  # inches
 MILLI = 1e3
-EXCERPT_S = (10.0, 16.0)  # of figures 7 and 8
+EXCERPT_S = 6.0  # of figures 7 and 8
+FROM_S = 10.0  # where excerpts begin, in recordings that last so long
 
 # a colour's role on the page; the drawing's hexadecimal stands for the CSS variable of that name
-ROLE = {"ink": "#1b1f24", "line": "#d8dee4", "measured": "#9aa4ae", "nominal": "#9a6700", "identified": "#0969da",
-        "knee": "#8250df", "ankle": "#1a7f37", "residual": "#bc4c00", "quiet": "#59636e"}  # fmt: skip
+ROLE = {
+    "ink": "#1b1f24",
+    "line": "#d8dee4",
+    "measured": "#9aa4ae",
+    "nominal": "#9a6700",
+    "identified": "#0969da",
+    "knee": "#8250df",
+    "ankle": "#1a7f37",
+    "residual": "#bc4c00",
+    "quiet": "#59636e",
+}
 
 STYLE = {
-    "svg.fonttype": "none", "svg.hashsalt": "talus", "font.size": 8.5, "font.family": "DejaVu Sans",
-    "axes.edgecolor": ROLE["line"], "axes.labelcolor": ROLE["ink"], "text.color": ROLE["ink"],
-    "xtick.color": ROLE["line"], "ytick.color": ROLE["line"], "xtick.labelcolor": ROLE["ink"],
-    "ytick.labelcolor": ROLE["ink"], "axes.grid": True, "grid.color": ROLE["line"], "grid.linewidth": 0.6,
-    "axes.spines.top": False, "axes.spines.right": False, "lines.linewidth": 1.1, "axes.axisbelow": True,
-    "axes.titlesize": 8.5, "axes.titlelocation": "left", "figure.constrained_layout.use": True, "path.simplify": True,
+    "svg.fonttype": "none",
+    "svg.hashsalt": "talus",
+    "font.size": 8.5,
+    "font.family": "DejaVu Sans",
+    "axes.edgecolor": ROLE["line"],
+    "axes.labelcolor": ROLE["ink"],
+    "text.color": ROLE["ink"],
+    "xtick.color": ROLE["line"],
+    "ytick.color": ROLE["line"],
+    "xtick.labelcolor": ROLE["ink"],
+    "ytick.labelcolor": ROLE["ink"],
+    "axes.grid": True,
+    "grid.color": ROLE["line"],
+    "grid.linewidth": 0.6,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "lines.linewidth": 1.1,
+    "axes.axisbelow": True,
+    "axes.titlesize": 8.5,
+    "axes.titlelocation": "left",
+    "figure.constrained_layout.use": True,
+    "path.simplify": True,
     "path.simplify_threshold": 0.3,
-}  # fmt: skip
+}
 
 
 def draw(name, title, draw_into, size=SIZE):
@@ -51,12 +77,23 @@ def _inline(svg, name, title):
     """The drawing as part of a page: no prologue, names of its own, the page's colours and fonts."""
     svg = svg[svg.index("<svg") :]
     svg = re.sub(r"<metadata>.*?</metadata>", "", svg, flags=re.DOTALL)
-    svg = re.sub(r'<svg [^>]*viewBox="([^"]*)"[^>]*>', rf'<svg viewBox="\1" role="img" aria-label="{title}">', svg, count=1)
+    svg = re.sub(
+        r'<svg [^>]*viewBox="([^"]*)"[^>]*>',
+        rf'<svg viewBox="\1" role="img" aria-label="{title}">',
+        svg,
+        count=1,
+    )
     svg = re.sub(r'\b(id="|url\(#|xlink:href="#)', rf"\g<1>{name}-", svg).replace("xlink:href", "href")
     for role, colour in ROLE.items():
         svg = svg.replace(colour, f"var(--{role})")
     svg = svg.replace("'DejaVu Sans'", "system-ui, sans-serif")
     return re.sub(r"\n\s*", "\n", svg)
+
+
+def excerpt(t, length_s):
+    """Begin and end of what a figure shows of a recording."""
+    begin = FROM_S if t[-1] >= FROM_S + length_s else 0.0
+    return begin, begin + length_s
 
 
 def lines(x, curves, x_label, y_label, scale=1.0):
@@ -84,7 +121,9 @@ def linkage(results, series, omega, series_at_omega):
         for order, error in series["error"].items():
             axes.semilogy(series["omega"], error, color=ROLE[roles[order]])
         for fit in results["fits"]:
-            axes.plot(fit["omega_1_rad"], fit["ratio_error"], "o", color=ROLE[roles[fit["order"]]], markersize=4)
+            axes.plot(
+                fit["omega_1_rad"], fit["ratio_error"], "o", color=ROLE[roles[fit["order"]]], markersize=4
+            )
         axes.axhline(published.RATIO_ERROR, color=ROLE["ink"], linewidth=0.8, linestyle=(0, (4, 3)))
         axes.set_xlabel("base frequency ω [1/rad]")
         axes.set_ylabel("largest error")
@@ -95,7 +134,11 @@ def linkage(results, series, omega, series_at_omega):
     return [
         draw("f3a", "motor angle", lines(degrees, [("ink", series["motor"])], "joint angle [°]", "[rad]")),
         draw("f3b", "ratio", lines(degrees, [("ink", series["ratio"])], "joint angle [°]", "[rad/rad]")),
-        draw("f3c", f"relative error of the ratio at ω = {omega:.3g}", lines(degrees, errors, "joint angle [°]", "[10⁻³]", MILLI)),
+        draw(
+            "f3c",
+            f"relative error of the ratio at ω = {omega:.3g}",
+            lines(degrees, errors, "joint angle [°]", "[10⁻³]", MILLI),
+        ),
         draw("f3d", "largest relative error of the ratio against ω", against_omega),
     ]
 
@@ -105,11 +148,14 @@ def linkage(results, series, omega, series_at_omega):
 
 def motion(series, periods=2):
     """Angles, speeds, accelerations and torques of both joints over some periods."""
-    begin = 10.0 if series["t"][-1] > 10.0 + periods * series["period_s"] else 0.0
-    end = begin + periods * series["period_s"]
+    begin, end = excerpt(series["t"], periods * series["period_s"])
     out = []
-    for name, key, title, unit in (("f6a", "q", "joint angle", "rad"), ("f6b", "v", "joint speed", "rad/s"),
-                                   ("f6c", "a", "joint acceleration", "rad/s²"), ("f6d", "torque", "motor torque", "mNm")):
+    for name, key, title, unit in (
+        ("f6a", "q", "joint angle", "rad"),
+        ("f6b", "v", "joint speed", "rad/s"),
+        ("f6c", "a", "joint acceleration", "rad/s²"),
+        ("f6d", "torque", "motor torque", "mNm"),
+    ):
         t = series["torque_t"] if key == "torque" else series["t"]
         shown = (t >= begin) & (t <= end)
         curves = [(joint, series[key][j][shown]) for j, joint in enumerate(JOINTS)]
@@ -124,7 +170,7 @@ def motion(series, periods=2):
 def torque(series, joint):
     """Measured, CAD and identified motor torque of one joint, and the two errors."""
     j, t = JOINTS.index(joint), series["t"]
-    begin, end = EXCERPT_S if t[-1] > EXCERPT_S[1] else (1.0, min(7.0, t[-1]))
+    begin, end = excerpt(t, EXCERPT_S)
     shown = (t >= begin) & (t <= end)
     measured, kept = series["measured"][j], series["kept"][j]
     torques = [("measured", measured), ("nominal", series["cad"][j]), ("identified", series["identified"][j])]
@@ -152,7 +198,9 @@ def slips(results, cad, labels):
                 axes.plot([own, other], [y, y], color=ROLE["line"], linewidth=2, zorder=1)
                 axes.plot(own, y, "o", color=ROLE["measured"], markersize=6)
                 axes.plot(other, y, "o", color=ROLE["residual"], markersize=6)
-            axes.axvline(MILLI * cad[joint]["rms_Nm"], color=ROLE["nominal"], linewidth=1, linestyle=(0, (4, 3)))
+            axes.axvline(
+                MILLI * cad[joint]["rms_Nm"], color=ROLE["nominal"], linewidth=1, linestyle=(0, (4, 3))
+            )
             axes.set_xscale("log")
             axes.set_yticks(range(len(labels)), list(labels.values())[::-1])
             axes.grid(axis="y", visible=False)

@@ -27,7 +27,9 @@ def error(series, reference):
     """Largest error over the range: motor angle [rad] and ratio (relative)."""
     approximation, out = ffi.new("tl_transmission *"), ffi.new("double[2]")
     check(lib.tl_transmission_fourier(approximation, series))
-    lib.tl_transmission_error(approximation, reference, constants.TL_JOINT_RANGE_RAD, 2 * SAMPLES, out, out + 1)
+    lib.tl_transmission_error(
+        approximation, reference, constants.TL_JOINT_RANGE_RAD, 2 * SAMPLES, out, out + 1
+    )
     return out[0], out[1]
 
 
@@ -45,7 +47,11 @@ def best_fits(reference):
 def ratio_of(series, joint):
     """The series' ratio at joint angles; also of one that no drive may have (its ratio changes sign)."""
     j = numpy.arange(1, constants.TL_FOURIER_ORDER + 1)
-    a, b, turns = numpy.array(list(series.a))[1:], numpy.array(list(series.b)), numpy.outer(joint, j * series.omega)
+    a, b, turns = (
+        numpy.array(list(series.a))[1:],
+        numpy.array(list(series.b)),
+        numpy.outer(joint, j * series.omega),
+    )
     return numpy.cos(turns) @ (j * series.omega * b) - numpy.sin(turns) @ (j * series.omega * a)
 
 
@@ -53,7 +59,10 @@ def error_against_omega(reference, points=111):
     """Largest ratio error of the best series of each order at a given omega."""
     joint, _, ratio = curves(reference)
     omega = numpy.linspace(*OMEGA_SHOWN, points)
-    largest = {k: [numpy.abs(ratio_of(fit(reference, k, w, w), joint) / ratio - 1).max() for w in omega] for k in ORDERS}
+    largest = {
+        k: [numpy.abs(ratio_of(fit(reference, k, w, w), joint) / ratio - 1).max() for w in omega]
+        for k in ORDERS
+    }
     return omega, {k: numpy.array(values) for k, values in largest.items()}
 
 

@@ -1,5 +1,6 @@
 """Small pieces of HTML: numbers, tables, figures."""
 
+
 def number(x, digits=3):
     """A number with some significant digits and a true minus sign; powers of ten outside 1e-4 to 1e5."""
     if x is None:
@@ -47,10 +48,13 @@ def table(caption, head, rows, classes=""):
 def figure(caption, panels, key=(), note=""):
     """Panels with one key of (role, name) for all of them."""
     entries = "".join(f'<li><i style="background: var(--{role})"></i>{name}</li>' for role, name in key)
-    return (f"<figure><figcaption>{caption}</figcaption>"
-            + (f'<ul class="key">{entries}</ul>' if key else "")
-            + f'<div class="panels">{"".join(f"<div>{panel}</div>" for panel in panels)}</div>'
-            + (f'<p class="note">{note}</p>' if note else "") + "</figure>\n")  # fmt: skip
+    parts = [
+        f"<figcaption>{caption}</figcaption>" if caption else "",
+        f'<ul class="key">{entries}</ul>' if key else "",
+        f'<div class="panels">{"".join(f"<div>{panel}</div>" for panel in panels)}</div>',
+        paragraph(note, "note") if note else "",
+    ]
+    return f"<figure>{''.join(parts)}</figure>\n"
 
 
 def section(anchor, title, *parts):

@@ -17,7 +17,9 @@ BUILD = Path(os.environ.get("TALUS_BUILD") or Path(__file__).resolve().parents[2
 
 def program(name, *arguments):
     """Runs build/bin/NAME; what it says for people is shown only when it fails."""
-    done = subprocess.run([str(BUILD / "bin" / name), *map(str, arguments)], check=False, capture_output=True, text=True)
+    done = subprocess.run(
+        [str(BUILD / "bin" / name), *map(str, arguments)], check=False, capture_output=True, text=True
+    )
     if done.returncode:
         raise RuntimeError(f"{name} ended with status {done.returncode}: {done.stderr.strip()}")
 
@@ -30,7 +32,9 @@ def write_model(tree, path):
 def identify(model, recordings, out, *options):
     """talus-identify: its report (JSON); the model is left at `out`."""
     report = out.with_suffix(".json")
-    program("talus-identify", "--quiet", "--model", model, "--out", out, "--report", report, *options, *recordings)
+    program(
+        "talus-identify", "--quiet", "--model", model, "--out", out, "--report", report, *options, *recordings
+    )
     return json.loads(report.read_text(encoding="utf-8"))
 
 
@@ -49,7 +53,10 @@ class Unseen:
         self.t = self.recording.t
         self.motion = Regression(model, self.recording).motion()
         self.measured = numpy.array(
-            [model.struct.drive[j].torque_constant_Nm_A * columns[f"{name}_current_A"] for j, name in enumerate(JOINTS)]
+            [
+                model.struct.drive[j].torque_constant_Nm_A * columns[f"{name}_current_A"]
+                for j, name in enumerate(JOINTS)
+            ]
         )
 
     def score(self, predicted):

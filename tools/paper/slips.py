@@ -46,7 +46,9 @@ class Prepared:
 
     def _changes(self, slips):
         """What the slips add to each joint's regressor at the recording's samples: {base index: values}."""
-        coulomb, viscous, rotor = (self.base.index(f"ankle_{n}") for n in ("coulomb", "viscous", "rotor_inertia"))
+        coulomb, viscous, rotor = (
+            self.base.index(f"ankle_{n}") for n in ("coulomb", "viscous", "rotor_inertia")
+        )
         v = self.motion["v"]
         direction, speed = self.motion["slip"][1], v[1]
         knee, ankle = {}, {}
@@ -67,7 +69,9 @@ class Rows:
     def __init__(self, prepared, slips=()):
         parts = [p.rows(slips) for p in prepared]
         self.base = prepared[0].base
-        self.joint = [tuple(numpy.concatenate([p[j][k] for p in parts]) for k in (0, 1)) for j in range(len(JOINTS))]
+        self.joint = [
+            tuple(numpy.concatenate([p[j][k] for p in parts]) for k in (0, 1)) for j in range(len(JOINTS))
+        ]
 
     def rms(self, values):
         """RMS residual of each joint [Nm] with these base parameters."""
@@ -91,7 +95,11 @@ class Rows:
 
 
 def _ratios(model, joint, angles):
-    drive, one, slope = ffi.addressof(model.struct.drive[joint], "transmission"), ffi.new("double *"), ffi.new("double *")
+    drive, one, slope = (
+        ffi.addressof(model.struct.drive[joint], "transmission"),
+        ffi.new("double *"),
+        ffi.new("double *"),
+    )
     out = numpy.empty((2, len(angles)))
     for i, angle in enumerate(angles):
         lib.tl_transmission_ratio(drive, angle, one, slope)

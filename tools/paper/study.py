@@ -28,12 +28,19 @@ def run(folder, seconds, say=lambda text: None):
     results["linkage"], series["linkage"] = _linkage(drawn)
     say("recordings")
     lab = Lab(work, seconds)
+    results["bench"], results["score"] = lab.conditions()
     results["excitation"] = lab.excitation()
     say("identification")
     results["models"], series["models"] = lab.models()
     results["identification"], results["errors"], series["torque"] = _identification(lab)
     results["reduction_percent"] = {
-        joint: 100 * (1 - results["errors"]["identified"][joint]["rms_Nm"] / results["errors"]["cad"][joint]["rms_Nm"])
+        joint: (
+            100
+            * (
+                1
+                - results["errors"]["identified"][joint]["rms_Nm"] / results["errors"]["cad"][joint]["rms_Nm"]
+            )
+        )
         for joint in JOINTS
     }
     series["motion"] = _motion(lab)
@@ -124,6 +131,14 @@ class Lab:
             },
         }  # fmt: skip
 
+    def conditions(self):
+        """How recordings were made and how errors are scored."""
+        score = self.unseen.recording.score
+        bench_settings = bench.settings_of(self.truth, self.plan["train1"].struct, 1)
+        return {**bench.describe(bench_settings), "spread": bench.SPREAD}, {
+            name: getattr(score, name) for name in ("lowpass_hz", "order", "standstill", "guard_s", "trim_s")
+        }
+
     def models(self):
         """Physical and base parameters of the leg as drawn and as built."""
         named = {"cad": self.cad, "truth": self.truth}
@@ -138,7 +153,9 @@ class Lab:
     def deviation_percent(self, values):
         """How far base parameters are from the truth."""
         values = values.tolist() if isinstance(values, numpy.ndarray) else values.base.values()
-        return {name: 100 * (value / true - 1) for (name, true), value in zip(self.truth.base.items(), values)}
+        return {
+            name: 100 * (value / true - 1) for (name, true), value in zip(self.truth.base.items(), values)
+        }
 
 
 # ---- identification and prediction -----------------------------------------------
@@ -146,17 +163,30 @@ class Lab:
 
 def _identification(lab):
     report, path, model = lab.fit("identified", lab.train())
-    predicted = {"cad": scoring.predict(lab.cad_file, lab.path["unseen"], lab.folder / "cad_predicted.csv"),
-                 "identified": scoring.predict(path, lab.path["unseen"], lab.folder / "identified_predicted.csv"),
-                 "truth": scoring.predict(lab.truth_file, lab.path["unseen"], lab.folder / "truth_predicted.csv"),
-                 "noise_alone": lab.true_torque["unseen"]}  # fmt: skip
+    predicted = {
+        "cad": scoring.predict(lab.cad_file, lab.path["unseen"], lab.folder / "cad_predicted.csv"),
+        "identified": scoring.predict(path, lab.path["unseen"], lab.folder / "identified_predicted.csv"),
+        "truth": scoring.predict(lab.truth_file, lab.path["unseen"], lab.folder / "truth_predicted.csv"),
+        "noise_alone": lab.true_torque["unseen"],
+    }
     errors = {name: lab.unseen.score(torque) for name, torque in predicted.items()}
-    wanted = ("evaluations", "cost", "least_squares_cost", "condition_number", "null_space", "parameters",
-              "base_parameters")  # fmt: skip
+    wanted = (
+        "evaluations",
+        "cost",
+        "least_squares_cost",
+        "condition_number",
+        "null_space",
+        "parameters",
+        "base_parameters",
+    )
     results = {key: report[key] for key in wanted}
     results["deviation_percent"] = lab.deviation_percent(model)
     series = {name: lab.unseen.filtered(torque) for name, torque in predicted.items()}
-    series |= {"t": lab.unseen.grid(), "measured": lab.unseen.filtered(lab.unseen.measured), "kept": lab.unseen.kept()}
+    series |= {
+        "t": lab.unseen.grid(),
+        "measured": lab.unseen.filtered(lab.unseen.measured),
+        "kept": lab.unseen.kept(),
+    }
     return results, errors, series
 
 
@@ -187,17 +217,25 @@ def _setting(lab, name, recordings, options):
     if "--window" in options:
         own = lab.unseen.score(talus.predict(model, lab.unseen.recording, published.WINDOW))
     sigma = {key: of["sigma"] for key, of in report["base_parameters"].items()}
-    return {"options": " ".join(options), "errors": lab.unseen.score(predicted), "errors_own_window": own,
-            "deviation_percent": lab.deviation_percent(model), "base_sigma": sigma,
-            "window": {j: [report["recordings"][0][j][k] for k in ("window_order", "window_s")] for j in JOINTS},
-            "condition_number": report["condition_number"]}  # fmt: skip
+    return {
+        "options": " ".join(options),
+        "errors": lab.unseen.score(predicted),
+        "errors_own_window": own,
+        "deviation_percent": lab.deviation_percent(model),
+        "base_sigma": sigma,
+        "window": {j: [report["recordings"][0][j][k] for k in ("window_order", "window_s")] for j in JOINTS},
+        "condition_number": report["condition_number"],
+    }
 
 
 def _paper_smoothing(lab, prepared):
     """The paper's window as it prints it, across reversals, with either weights."""
     smoothed = {name: smoothing.Smoothed(lab.cad, prepared[name]) for name in (*lab.names("train"), "unseen")}
     rows = slips.Rows([smoothed[name] for name in lab.names("train")])
-    check = {"errors": slips.Rows([prepared["unseen"]]), "errors_own_window": slips.Rows([smoothed["unseen"]])}
+    check = {
+        "errors": slips.Rows([prepared["unseen"]]),
+        "errors_own_window": slips.Rows([smoothed["unseen"]]),
+    }
     out = {}
     for name, equal in (("paper_window", False), ("paper_window_weights", True)):
         fitted = slips.fit(lab.cad, rows, equal)
@@ -253,7 +291,9 @@ def _identifiability(lab, prepared):
     parameters = lab.cad.parameters
     jacobian = numpy.zeros((len(lab.cad.base), len(parameters)))
     talus.lib.tl_base_jacobian(lab.cad.struct, talus.pointer(jacobian))
-    columns = [x @ jacobian * list(parameters.values()) / size for (x, _), size in zip(rows.joint, rows.noise())]
+    columns = [
+        x @ jacobian * list(parameters.values()) / size for (x, _), size in zip(rows.joint, rows.noise())
+    ]
     values = numpy.linalg.svd(numpy.linalg.qr(numpy.vstack(columns), mode="r"), compute_uv=False)
     other, m = lab.truth.copy(), lab.truth.struct
     shifted = lab.truth.parameters["ankle_motor_com_m"] * (1 + NULL_SHIFT)

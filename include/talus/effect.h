@@ -1,0 +1,110 @@
+/* effect.h: effects that the plain model does not know, one interface for all of them.
+ *
+ * An effect adds to the torque of a joint a sum over its strengths: column k times strength k. The
+ * columns depend on the motion, and on a few shape parameters that do not enter linearly. One law
+ * serves fitting (its columns), prediction (its sum) and simulation (its torque, and the level of
+ * friction it adds, so that a joint can stick on it).
+ *
+ *     const tl_effect_kind *kind = tl_effect_find("stribeck");
+ *     tl_effect e = tl_effect_typical(kind, 1);        // at the ankle
+ *     double torque_Nm, friction_Nm;
+ *     tl_effect_law(&e, &instant, &torque_Nm, &friction_Nm);
+ *     // at the joint: torque_Nm + friction_Nm * instant.slip
+ *
+ * The table of effects (tl_effect_table) is the only list of them: model files, reports,
+ * simulation and documentation read it. docs/effects.md shows how one is added.
+ */
+#ifndef TALUS_EFFECT_H
+#define TALUS_EFFECT_H
+
+#include <stddef.h>
+
+#include "talus/plant.h"
+#include "talus/status.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+#define TL_EFFECT_MAX_STRENGTHS 3
+#define TL_EFFECT_MAX_SHAPES 2
+#define TL_EFFECT_MAX_PARAMETERS (TL_EFFECT_MAX_STRENGTHS + TL_EFFECT_MAX_SHAPES)
+
+/* What a law may depend on: one joint at one instant. */
+typedef struct tl_effect_instant {
+  double q, v;            /* the joint's angle and speed [rad], [rad/s]; slider [m], [m/s] */
+  double slip;            /* direction of friction, [-1, 1] */
+  double load_Nm;         /* torque that the joint delivers to inertia and gravity, without friction */
+  double motor_Nm;        /* motor torque that the plain model asks for */
+  double motor_rad;       /* motor angle */
+  double ratio;           /* d motor / d joint */
+  double effort_Nm;       /* the drive's recorded torque where a sensor at the output was recorded, else 0 */
+  double gravity_tilt_Nm; /* change of gravity's torque at this joint per rad of tilt of the base */
+  double t_s;             /* time since the first recording's begin */
+} tl_effect_instant;
+
+/* A strength or a shape of an effect. */
+typedef struct tl_effect_parameter {
+  const char *name; /* with its unit: "speed_rad_s" */
+  double low, high; /* physical range */
+  double typical;
+} tl_effect_parameter;
+
+/* Where an effect can stand. */
+enum { TL_EFFECT_AT_KNEE = 1, TL_EFFECT_AT_ANKLE = 2, TL_EFFECT_AT_SINGLE = 4, TL_EFFECT_AT_BASE = 8 };
+
+/* How it acts. */
+enum {
+  TL_EFFECT_MECHANICAL = 0, /* on the joint: the motion feels it */
+  TL_EFFECT_MEASURED = 1    /* on what the current shows: the motion does not feel it */
+};
+
+typedef struct tl_effect_kind {
+  const char *name;    /* id of the catalogue */
+  const char *meaning; /* one line */
+  int places;          /* set of TL_EFFECT_AT_... */
+  int acts;
+  int needs_load_sensor; /* 1: only where a sensor at the output was recorded */
+  int strengths, shapes;
+  tl_effect_parameter parameter[TL_EFFECT_MAX_PARAMETERS]; /* strengths first, then shapes */
+  /* Per unit of each strength: torque at the joint [N m], and friction in the direction of slip. */
+  void (*law)(const tl_effect_instant *now, const double *shape, double *torque, double *friction);
+} tl_effect_kind;
+
+/* One effect of a model: kind, joint (0 or 1; TL_MAX_JOINTS for the base) and parameters. */
+typedef struct tl_effect {
+  const tl_effect_kind *kind;
+  int joint;
+  double value[TL_EFFECT_MAX_PARAMETERS];
+} tl_effect;
+
+/* All kinds, n of them. */
+const tl_effect_kind *const *tl_effect_table(int *n);
+/* The kind of that id; NULL if there is none. */
+const tl_effect_kind *tl_effect_find(const char *name);
+/* Can this kind stand at this joint of this plant (joint TL_MAX_JOINTS: the base)? */
+int tl_effect_applies(const tl_effect_kind *kind, const tl_model *m, int joint);
+/* An effect with its typical parameters. */
+tl_effect tl_effect_typical(const tl_effect_kind *kind, int joint);
+/* TL_ERR_RANGE when a parameter leaves its range; TL_ERR_UNSUPPORTED where the kind cannot stand. */
+TL_CHECK tl_status tl_effect_check(const tl_effect *e, const tl_model *m);
+
+/* The instant of one joint from the plain model: load, motor torque, tilt and the rest. effort_Nm is the
+ * drive's recorded torque at the joint where a sensor at the output was recorded: it then is the
+ * load the gear carries. Nullable: effort_Nm. */
+void tl_effect_instant_of(const tl_model *m, const tl_motion *motion, int joint, double t_s,
+                          const double *effort_Nm, tl_effect_instant *now);
+/* The effect's torque at the joint, and the friction it adds in the direction of slip. */
+void tl_effect_law(const tl_effect *e, const tl_effect_instant *now, double *torque, double *friction);
+/* The effect's columns: torque at the joint per unit of each strength, column[kind->strengths]. */
+void tl_effect_columns(const tl_effect_kind *kind, const double *shape, const tl_effect_instant *now,
+                       double *column);
+/* What n effects add to the recorded torque of a joint (leg: motor torque, so over the ratio).
+ * Nullable: effort_Nm. */
+double tl_effects_torque(const tl_effect *effect, int n, const tl_model *m, const tl_motion *motion,
+                         int joint, double t_s, const double *effort_Nm);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

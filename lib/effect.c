@@ -1,0 +1,183 @@
+/* effect.c: the table of effects and what all of them share; see talus/effect.h. */
+#include "talus/effect.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "effects/effects.h"
+#include "talus/transmission.h"
+
+static const tl_effect_kind *const table[] = {
+    &tl_effect_stribeck,
+    &tl_effect_load_friction,
+    &tl_effect_asymmetric_friction,
+    &tl_effect_nonlinear_viscous,
+    &tl_effect_position_friction,
+    &tl_effect_friction_drift,
+    &tl_effect_directional_efficiency,
+    &tl_effect_kinematic_error,
+    &tl_effect_cogging,
+    &tl_effect_torque_saturation,
+    &tl_effect_current_offset,
+    &tl_effect_gravity_tilt,
+    &tl_effect_parallel_spring,
+    &tl_effect_torque_constant,
+    &tl_effect_sensor_offset,
+};
+
+const tl_effect_kind *const *tl_effect_table(int *n) {
+  *n = (int)(sizeof table / sizeof table[0]);
+  return table;
+}
+
+static int same_text(const char *a, const char *b) {
+  while (*a && *a == *b) {
+    a++;
+    b++;
+  }
+  return *a == *b;
+}
+
+const tl_effect_kind *tl_effect_find(const char *name) {
+  size_t i;
+
+  for (i = 0; i < sizeof table / sizeof table[0]; i++)
+    if (same_text(table[i]->name, name)) return table[i];
+  return NULL;
+}
+
+int tl_effect_applies(const tl_effect_kind *kind, const tl_model *m, int joint) {
+  if (!kind || !m || joint < 0 || joint > TL_MAX_JOINTS) return 0;
+  if (m->plant == TL_PLANT_LEG) {
+    static const int place[TL_MAX_JOINTS + 1] = {TL_EFFECT_AT_KNEE, TL_EFFECT_AT_ANKLE, TL_EFFECT_AT_BASE};
+    return (kind->places & place[joint]) != 0;
+  }
+  return joint == 0 && (kind->places & TL_EFFECT_AT_SINGLE) != 0;
+}
+
+tl_effect tl_effect_typical(const tl_effect_kind *kind, int joint) {
+  tl_effect e;
+  int i;
+
+  memset(&e, 0, sizeof e);
+  e.kind = kind;
+  e.joint = joint;
+  for (i = 0; i < kind->strengths + kind->shapes; i++) e.value[i] = kind->parameter[i].typical;
+  return e;
+}
+
+tl_status tl_effect_check(const tl_effect *e, const tl_model *m) {
+  int i;
+
+  if (!e || !m || !e->kind) return TL_ERR_ARGUMENT;
+  if (!tl_effect_applies(e->kind, m, e->joint)) return TL_ERR_UNSUPPORTED;
+  for (i = 0; i < e->kind->strengths + e->kind->shapes; i++)
+    if (!(e->value[i] >= e->kind->parameter[i].low && e->value[i] <= e->kind->parameter[i].high))
+      return TL_ERR_RANGE;
+  return TL_OK;
+}
+
+/* ratio of the joint's drive where its torque is the motor's; 1 where it is the joint's */
+static double torque_ratio(const tl_model *m, int joint, double q) {
+  double ratio, slope;
+
+  if (m->plant != TL_PLANT_LEG) return 1.0;
+  tl_transmission_ratio(&m->drive[joint].transmission, q, &ratio, &slope);
+  return ratio;
+}
+
+static void motor_side(const tl_model *m, int joint, double q, tl_effect_instant *now) {
+  double slope;
+
+  now->motor_rad = q;
+  now->ratio = 1.0;
+  if (m->plant == TL_PLANT_SLIDER) return;
+  now->motor_rad = tl_transmission_motor_angle(&m->drive[joint].transmission, q);
+  tl_transmission_ratio(&m->drive[joint].transmission, q, &now->ratio, &slope);
+}
+
+/* d (gravity's torque at each joint) / d tilt: gravity's lever arms turned by a right angle. By
+ * the difference of two static torques: a tilt of the base turns every absolute angle. */
+static double gravity_tilt(const tl_model *m, const tl_motion *motion, int joint) {
+  static const double quarter = 1.5707963267948966;
+  double torque[TL_MAX_JOINTS], joint_torque[TL_MAX_JOINTS];
+  tl_model still = *m;
+  tl_motion turned;
+  int j;
+
+  if (m->plant == TL_PLANT_SLIDER) return 0.0;
+  /* g sin(q + pi/2) = g cos q is what sin q changes by per rad */
+  memset(&turned, 0, sizeof turned);
+  for (j = 0; j < TL_MAX_JOINTS; j++) {
+    turned.q[j] = motion->q[j];
+    still.drive[j].coulomb_Nm = still.drive[j].viscous_Nms_rad = 0.0;
+    if (tl_transmission_fixed(&still.drive[j].transmission, 1.0) != TL_OK) return 0.0;
+  }
+  still.torque_offset_Nm = 0.0;
+  turned.q[0] += quarter;
+  tl_inverse(&still, &turned, torque);
+  tl_joint_torque(&still, turned.q, torque, joint_torque);
+  return joint_torque[joint];
+}
+
+void tl_effect_instant_of(const tl_model *m, const tl_motion *motion, int joint, double t_s,
+                          const double *effort_Nm, tl_effect_instant *now) {
+  const tl_drive *d = &m->drive[joint];
+  double torque[TL_MAX_JOINTS];
+
+  memset(now, 0, sizeof *now);
+  now->q = motion->q[joint];
+  now->v = motion->v[joint];
+  now->slip = motion->slip[joint];
+  now->t_s = t_s;
+  motor_side(m, joint, now->q, now);
+  tl_inverse(m, motion, torque);
+  now->load_Nm = torque[joint] * torque_ratio(m, joint, now->q) - d->coulomb_Nm * now->slip -
+                 d->viscous_Nms_rad * now->v;
+  if (m->plant == TL_PLANT_PENDULUM) now->load_Nm -= m->torque_offset_Nm;
+  if (m->plant == TL_PLANT_SLIDER) now->load_Nm -= m->force_offset_N;
+  now->motor_Nm = m->plant == TL_PLANT_LEG ? torque[joint] : torque[joint] / now->ratio;
+  now->gravity_tilt_Nm = gravity_tilt(m, motion, joint);
+  if (!effort_Nm) return;
+  /* with a sensor at the output the drive's torque is known, and is what the gear carries */
+  now->effort_Nm = now->load_Nm = *effort_Nm;
+  now->motor_Nm = *effort_Nm / now->ratio;
+}
+
+void tl_effect_law(const tl_effect *e, const tl_effect_instant *now, double *torque, double *friction) {
+  double t[TL_EFFECT_MAX_STRENGTHS], f[TL_EFFECT_MAX_STRENGTHS];
+  int k;
+
+  e->kind->law(now, e->value + e->kind->strengths, t, f);
+  *torque = *friction = 0.0;
+  for (k = 0; k < e->kind->strengths; k++) {
+    *torque += e->value[k] * t[k];
+    *friction += e->value[k] * f[k];
+  }
+}
+
+void tl_effect_columns(const tl_effect_kind *kind, const double *shape, const tl_effect_instant *now,
+                       double *column) {
+  double f[TL_EFFECT_MAX_STRENGTHS];
+  int k;
+
+  kind->law(now, shape, column, f);
+  for (k = 0; k < kind->strengths; k++) column[k] += f[k] * now->slip;
+}
+
+double tl_effects_torque(const tl_effect *effect, int n, const tl_model *m, const tl_motion *motion,
+                         int joint, double t_s, const double *effort_Nm) {
+  tl_effect_instant now;
+  double sum = 0.0, torque, friction;
+  int i, any = 0;
+
+  for (i = 0; i < n; i++) any |= effect[i].joint == joint || effect[i].joint == TL_MAX_JOINTS;
+  if (!any) return 0.0;
+  tl_effect_instant_of(m, motion, joint, t_s, effort_Nm, &now);
+  for (i = 0; i < n; i++) {
+    if (effect[i].joint != joint && effect[i].joint != TL_MAX_JOINTS) continue;
+    tl_effect_law(&effect[i], &now, &torque, &friction);
+    sum += torque + friction * now.slip;
+  }
+  return sum / torque_ratio(m, joint, now.q);
+}

@@ -1,0 +1,25 @@
+/* asymmetric_friction.c: friction with two values, one a direction (Armstrong-Helouvry 1991) */
+#include "effects.h"
+
+#include <math.h>
+
+static void law(const tl_effect_instant *now, const double *shape, double *torque, double *friction) {
+  (void)shape;
+  /* half the difference between the directions: F+ = F + d, F- = F - d */
+  torque[0] = 0.0;
+  friction[0] = now->slip;
+  torque[1] = fabs(now->v);
+  friction[1] = 0.0;
+}
+
+const tl_effect_kind tl_effect_asymmetric_friction = {
+    .name = "asymmetric_friction",
+    .meaning = "Coulomb or viscous friction that differs between the two directions",
+    .places = TL_EFFECT_AT_JOINTS,
+    .acts = TL_EFFECT_MECHANICAL,
+    .needs_load_sensor = 0,
+    .strengths = 2,
+    .shapes = 0,
+    .parameter = {{"coulomb_Nm", -10.0, 10.0, 0.2}, {"viscous_Nms_rad", -100.0, 100.0, 0.1}},
+    .law = law,
+};

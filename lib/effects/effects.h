@@ -1,0 +1,18 @@
+/* effects.h: the kinds of effects, one file each in this folder; internal to lib/.
+ *
+ * To add one: write its file, declare it here, and put it into the table of lib/effect.c.
+ */
+#ifndef TALUS_EFFECTS_H
+#define TALUS_EFFECTS_H
+
+#include "talus/effect.h"
+
+#define TL_EFFECT_AT_JOINTS (TL_EFFECT_AT_KNEE | TL_EFFECT_AT_ANKLE | TL_EFFECT_AT_SINGLE)
+
+extern const tl_effect_kind tl_effect_stribeck, tl_effect_load_friction, tl_effect_asymmetric_friction,
+    tl_effect_nonlinear_viscous, tl_effect_position_friction, tl_effect_friction_drift,
+    tl_effect_directional_efficiency, tl_effect_kinematic_error, tl_effect_cogging,
+    tl_effect_torque_saturation, tl_effect_current_offset, tl_effect_gravity_tilt, tl_effect_parallel_spring,
+    tl_effect_torque_constant, tl_effect_sensor_offset;
+
+#endif

@@ -1,0 +1,20 @@
+/* gravity_tilt.c: gravity turned by a small angle, to first order */
+#include "effects.h"
+
+static void law(const tl_effect_instant *now, const double *shape, double *torque, double *friction) {
+  (void)shape;
+  torque[0] = now->gravity_tilt_Nm;
+  friction[0] = 0.0;
+}
+
+const tl_effect_kind tl_effect_gravity_tilt = {
+    .name = "gravity_tilt",
+    .meaning = "the bench, or the encoders' zero, is tilted against gravity",
+    .places = TL_EFFECT_AT_BASE,
+    .acts = TL_EFFECT_MECHANICAL,
+    .needs_load_sensor = 0,
+    .strengths = 1,
+    .shapes = 0,
+    .parameter = {{"tilt_rad", -0.3, 0.3, 0.03}},
+    .law = law,
+};

@@ -1,0 +1,21 @@
+/* sensor_offset.c: a constant of the output sensor */
+#include "effects.h"
+
+static void law(const tl_effect_instant *now, const double *shape, double *torque, double *friction) {
+  (void)shape;
+  (void)now;
+  torque[0] = -1.0; /* a higher reading is a lower torque before the sensor */
+  friction[0] = 0.0;
+}
+
+const tl_effect_kind tl_effect_sensor_offset = {
+    .name = "sensor_offset",
+    .meaning = "the zero of the torque sensor at the output",
+    .places = TL_EFFECT_AT_SINGLE,
+    .acts = TL_EFFECT_MEASURED,
+    .needs_load_sensor = 1,
+    .strengths = 1,
+    .shapes = 0,
+    .parameter = {{"offset_Nm", -20.0, 20.0, 0.1}},
+    .law = law,
+};

@@ -1,0 +1,25 @@
+/* stribeck.c: friction above Coulomb's near standstill (Stribeck 1902; the exponential form of Bo and Pavelescu 1982) */
+#include "effects.h"
+
+#include <math.h>
+
+#include "talus/math.h"
+
+static void law(const tl_effect_instant *now, const double *shape, double *torque, double *friction) {
+  torque[0] = 0.0;
+  friction[0] = tl_exp(-tl_pow(fabs(now->v) / shape[0], shape[1]));
+}
+
+const tl_effect_kind tl_effect_stribeck = {
+    .name = "stribeck",
+    .meaning = "friction that is higher near standstill and falls with speed to Coulomb's",
+    .places = TL_EFFECT_AT_JOINTS,
+    .acts = TL_EFFECT_MECHANICAL,
+    .needs_load_sensor = 0,
+    .strengths = 1,
+    .shapes = 2,
+    .parameter = {{"extra_Nm", 0.0, 20.0, 0.4},
+                  {"speed_rad_s", 0.005, 1.0, 0.1},
+                  {"exponent", 0.5, 2.0, 2.0}},
+    .law = law,
+};
