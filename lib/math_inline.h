@@ -7,6 +7,7 @@
 #define TALUS_MATH_INLINE_H
 
 #include <math.h>
+#include <stddef.h>
 #include <stdint.h>
 #include <string.h>
 
@@ -82,6 +83,20 @@ static inline void tl_sincos_inline(double x, double *sin_x, double *cos_x) {
     tl_sincos_near(x, sin_x, cos_x);
   else
     tl_sincos_far(x, sin_x, cos_x);
+}
+
+/* The same for n angles. The first loop has neither branch nor call, so that it runs in vector
+ * registers; whether an angle was too large for it is told by the sign of a difference of bits. */
+static inline void tl_sincos_many(const double *restrict x, size_t n, double *restrict sin_x,
+                                  double *restrict cos_x) {
+  uint64_t far = 0;
+  for (size_t i = 0; i < n; i++) {
+    far |= tl_bits_of(TL_SINCOS_NEAR_RAD) - (tl_bits_of(x[i]) & ~TL_SIGN_BIT);
+    tl_sincos_near(x[i], &sin_x[i], &cos_x[i]);
+  }
+  for (size_t i = 0; far >> 63 && i < n; i++) {
+    tl_sincos_inline(x[i], &sin_x[i], &cos_x[i]);
+  }
 }
 
 #endif

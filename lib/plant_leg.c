@@ -59,15 +59,23 @@ static inline void ratio_at(const tl_drive *d, double q, double sin_q, double co
   }
 }
 
+/* the pose but for the ratios */
+static inline leg_pose turned(const tl_model *m, double sin_s, double cos_s, double sin_a, double cos_a) {
+  leg_pose p;
+
+  p.gravity_shank = m->gravity_m_s2 * sin_s;
+  p.gravity_foot = m->gravity_m_s2 * (sin_s * cos_a + cos_s * sin_a);
+  p.ls_cos = m->shank_length_m * cos_a;
+  p.ls_sin = m->shank_length_m * sin_a;
+  return p;
+}
+
 static inline leg_pose pose_at(const tl_model *m, const double q[2]) {
   double sine[2], cosine[2], knee_slope;
   leg_pose p;
 
   tl_sincos_two(q[0], q[1], sine, cosine);
-  p.gravity_shank = m->gravity_m_s2 * sine[0];
-  p.gravity_foot = m->gravity_m_s2 * (sine[0] * cosine[1] + cosine[0] * sine[1]);
-  p.ls_cos = m->shank_length_m * cosine[1];
-  p.ls_sin = m->shank_length_m * sine[1];
+  p = turned(m, sine[0], cosine[0], sine[1], cosine[1]);
   /* I1 holds the knee's rotor, so the slope of its ratio moves nothing */
   ratio_at(&m->drive[0], q[0], sine[0], cosine[0], &p.ratio[0], &knee_slope);
   ratio_at(&m->drive[1], q[1], sine[1], cosine[1], &p.ratio[1], &p.slope);
@@ -192,28 +200,85 @@ double tl_leg_potential(const tl_model *m, const double q[TL_MAX_JOINTS]) {
           b[FOOT_MOMENT] * (half_f * half_f));
 }
 
+/* ---- regressor ----------------------------------------------------------- */
+
+/* what stands before the base parameters, column c at [c * stride] */
+static inline void put_row(const tl_model *m, const leg_pose *p, const tl_motion *s, double *knee, double *ankle,
+                           size_t stride, double *knee_known) {
+  leg_factors f = factors_at(m, p, s);
+  double per_knee = 1.0 / p->ratio[0], per_ankle = 1.0 / p->ratio[1];
+
+  knee[0 * stride] = s->a[0] * per_knee;
+  knee[1 * stride] = p->gravity_shank * per_knee;
+  knee[2 * stride] = f.foot_moment_knee * per_knee;
+  knee[3 * stride] = f.foot_acceleration * per_knee;
+  knee[4 * stride] = s->slip[0] * per_knee;
+  knee[5 * stride] = s->v[0] * per_knee;
+  knee[6 * stride] = f.ankle_in_knee * s->slip[1] * per_knee;
+  knee[7 * stride] = f.ankle_in_knee * f.ankle_speed * per_knee;
+  ankle[0 * stride] = f.foot_moment_ankle * per_ankle;
+  ankle[1 * stride] = f.foot_acceleration * per_ankle;
+  ankle[2 * stride] = f.rotor * per_ankle;
+  ankle[3 * stride] = s->slip[1] * per_ankle;
+  ankle[4 * stride] = f.ankle_speed * per_ankle;
+  *knee_known = known_knee_torque(m, p, s->a[0]) * per_knee;
+}
+
 void tl_leg_regressor(const tl_model *m, const tl_motion *motion, double *row, double known[TL_MAX_JOINTS]) {
   leg_pose p = pose_at(m, motion->q);
-  leg_factors f = factors_at(m, &p, motion);
-  double per_knee = 1.0 / p.ratio[0], per_ankle = 1.0 / p.ratio[1];
-  double *ankle = row + TL_MAX_ROW;
+  int c;
 
-  row[0] = motion->a[0] * per_knee;
-  row[1] = p.gravity_shank * per_knee;
-  row[2] = f.foot_moment_knee * per_knee;
-  row[3] = f.foot_acceleration * per_knee;
-  row[4] = motion->slip[0] * per_knee;
-  row[5] = motion->v[0] * per_knee;
-  row[6] = f.ankle_in_knee * motion->slip[1] * per_knee;
-  row[7] = f.ankle_in_knee * f.ankle_speed * per_knee;
-  ankle[0] = f.foot_moment_ankle * per_ankle;
-  ankle[1] = f.foot_acceleration * per_ankle;
-  ankle[2] = f.rotor * per_ankle;
-  ankle[3] = motion->slip[1] * per_ankle;
-  ankle[4] = f.ankle_speed * per_ankle;
-  ankle[5] = ankle[6] = ankle[7] = 0.0;
-  known[0] = known_knee_torque(m, &p, motion->a[0]) * per_knee;
+  put_row(m, &p, motion, row, row + TL_MAX_ROW, 1, known);
+  for (c = 5; c < TL_MAX_ROW; c++) row[TL_MAX_ROW + c] = 0.0;
   known[1] = 0.0;
+}
+
+/* ---- regressor of many instants ------------------------------------------ */
+
+/* sines and ratios of a piece of a motion */
+typedef struct leg_angles {
+  double sine[2][TL_PIECE], cosine[2][TL_PIECE], ratio[2][TL_PIECE], slope[2][TL_PIECE];
+} leg_angles;
+
+static void ratios_at(const tl_drive *d, const double *restrict q, size_t n, leg_angles *restrict at, int joint) {
+  double *restrict ratio = at->ratio[joint], *restrict slope = at->slope[joint];
+  const double *restrict sine = at->sine[joint], *restrict cosine = at->cosine[joint];
+  size_t i;
+
+  /* the usual ones without a branch in their loops */
+  if (d->transmission.kind == TL_TRANSMISSION_SCREW_LINKAGE)
+    for (i = 0; i < n; i++) tl_linkage_ratio(&d->transmission, sine[i], cosine[i], &ratio[i], &slope[i]);
+  else
+    for (i = 0; i < n; i++) ratio_at(d, q[i], sine[i], cosine[i], &ratio[i], &slope[i]);
+}
+
+/* instant i of the piece; what is known of the ankle's torque is 0 */
+static inline void put_instant(const tl_model *m, const tl_piece *s, const leg_angles *at, size_t i,
+                               tl_piece_rows *rows) {
+  leg_pose p = turned(m, at->sine[0][i], at->cosine[0][i], at->sine[1][i], at->cosine[1][i]);
+  tl_motion now = {{s->q[0][i], s->q[1][i]},
+                   {s->v[0][i], s->v[1][i]},
+                   {s->a[0][i], s->a[1][i]},
+                   {s->slip[0][i], s->slip[1][i]}};
+
+  p.ratio[0] = at->ratio[0][i];
+  p.ratio[1] = at->ratio[1][i];
+  p.slope = at->slope[1][i];
+  put_row(m, &p, &now, &rows->column[0][0][i], &rows->column[1][0][i], TL_PIECE, &rows->known[0][i]);
+  rows->known[1][i] = 0.0;
+}
+
+void tl_leg_piece(const tl_model *restrict m, const tl_piece *restrict s, size_t n, tl_piece_rows *restrict rows) {
+  leg_angles at;
+  size_t i;
+  int j;
+
+  /* in steps that each keep to one kind of arithmetic, so that they run in vector registers */
+  for (j = 0; j < 2; j++) {
+    tl_sincos_many(s->q[j], n, at.sine[j], at.cosine[j]);
+    ratios_at(&m->drive[j], s->q[j], n, &at, j);
+  }
+  for (i = 0; i < n; i++) put_instant(m, s, &at, i, rows);
 }
 
 /* ---- what is identified ------------------------------------------------ */

@@ -1,4 +1,4 @@
-"""`make paper` on short recordings: the page stands alone, its numbers are right and are those of paper.json."""
+"""`make paper` on short recordings: the page stands alone, its numbers are right and those of paper.json."""
 
 import json
 import math
@@ -274,7 +274,7 @@ def test_identification_beats_the_drawing_and_the_noise_bounds_it(results):
 
 
 def closed_form(q):
-    """Motor angle and ratio by the equations of the linkage, AB = 90, BO = 40, AC = 35 mm, BOF = 84.75 deg."""
+    """Motor angle and ratio by the linkage's equations, AB = 90, BO = 40, AC = 35 mm, BOF = 84.75 deg."""
     ab, bo, ac, lead, bof = 0.090, 0.040, 0.035, 0.002, math.radians(84.75)
 
     def nut(phi):
@@ -319,8 +319,8 @@ def rows_of(model, folder):
 
 
 def test_all_slips_together_are_the_librarys_paper_form(folder):
-    """Here Lagrange's columns and what the slips change of them, there the print's own equations. They differ only
-    around stops, where the library bridges the whole row, by what is left of that after the filter."""
+    """Here Lagrange's columns and what the slips change of them, there the print's own equations. They differ
+    only around stops, where the library bridges the whole row, by what the filter leaves of that."""
     lagrange, paper = talus.Model.read(bench.DESIGN), talus.Model.read(bench.DESIGN)
     paper.struct.form = lib.TL_FORM_PAPER
     ours = slips.Rows([rows_of(lagrange, folder)], slips.SLIPS).joint

@@ -17,7 +17,9 @@
  *     bounds:                        # of the parameters that identification moves: [lower, upper]
  *       knee.friction.coulomb_Nm: [0, 10]   # by its key in this file,
  *       shank_com_m: [0.05, 0.3]            # or by its name in the report
- *     effects: []                    # no effect is known to this version
+ *     effects:                       # modelled effects; names and parameters: tl_effect_table
+ *       - {effect: stribeck, joint: ankle,
+ *          parameters: {extra_Nm: 0.4, speed_rad_s: 0.1, exponent: 2}}
  *
  * A bound lies within the parameter's physical range and holds the file's own value; equal bounds
  * keep the parameter where it is.
@@ -26,9 +28,12 @@
 #define MODEL_FILE_H
 
 #include "error.h"
+#include "talus/effect.h"
 #include "talus/plant.h"
 #include "talus/score.h"
 #include "talus/signal.h"
+
+#define MODEL_MAX_EFFECTS 8
 
 struct model_file {
   tl_model model;
@@ -39,7 +44,12 @@ struct model_file {
   /* in the order of tl_parameters: is there a bound, and which */
   int bounded[TL_MAX_PARAMETERS];
   double lower[TL_MAX_PARAMETERS], upper[TL_MAX_PARAMETERS];
+  tl_effect effect[MODEL_MAX_EFFECTS];
+  int effects;
 };
+
+/* "knee", ..., or "base": where an effect of this model stands. */
+const char *model_effect_joint(const tl_model *m, int joint);
 
 /* 0, or -1 with status 2 and a text that names file, line and key. *file is untouched then. */
 int model_file_read(const char *path, struct model_file *file, struct app_error *error);

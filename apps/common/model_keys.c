@@ -84,20 +84,6 @@ static int read_signal(struct yaml_file *yaml, yaml_node_t *node, const struct y
   return yaml_read_section(yaml, node, entry, target, error);
 }
 
-/* an empty list; the first effect of any other is named */
-static int read_effects(struct yaml_file *yaml, yaml_node_t *node, const struct yaml_entry *entry,
-                        void *target, struct app_error *error) {
-  char name[48] = "?";
-  (void)entry, (void)target;
-  if (node->type != YAML_SEQUENCE_NODE) return yaml_fail(yaml, node, error, "expected a list of effects");
-  if (node->data.sequence.items.start == node->data.sequence.items.top) return 0;
-  const yaml_node_t *first = yaml_document_get_node(&yaml->document, node->data.sequence.items.start[0]);
-  const yaml_node_t *id = yaml_find(yaml, first, "effect");
-  if (!id || id->type != YAML_SCALAR_NODE) return yaml_fail(yaml, first, error, "expected {effect: ID, ...}");
-  app_printable(name, sizeof name, (const char *)id->data.scalar.value, id->data.scalar.length);
-  return yaml_fail(yaml, id, error, "the effect '%s' is not known to this version", name);
-}
-
 #define COMMON_KEYS                                                                                          \
   {.key = "form", .read = read_form},                                                                        \
       {.key = "score",                                                                                       \
@@ -106,7 +92,7 @@ static int read_effects(struct yaml_file *yaml, yaml_node_t *node, const struct 
        .entries = sizeof score_keys / sizeof score_keys[0]},                                                 \
       {.key = "signal", .read = read_signal, .map = signal_keys, .entries = 2},                              \
       {.key = "bounds", .read = yaml_read_later, .offset = offsetof(struct model_draft, bounds)}, {          \
-    .key = "effects", .read = read_effects                                                                   \
+    .key = "effects", .read = yaml_read_later, .offset = offsetof(struct model_draft, effects)                                                                   \
   }
 
 #define PLANT_KEY                                                                                            \

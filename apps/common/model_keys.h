@@ -9,7 +9,7 @@
 struct model_draft {
   struct model_file file;   /* offsets of the tables count from the draft, where this stands first */
   const char *plant, *form; /* as written, checked afterwards */
-  yaml_node_t *bounds;
+  yaml_node_t *bounds, *effects;
 };
 
 /* The keys of a plant's file, outermost mapping: a table of *entries. */
@@ -24,6 +24,8 @@ const char *model_find_fault(const struct model_file *file, char *key, size_t si
 
 /* Reads draft->bounds, once everything else is in place. */
 int model_read_bounds(struct yaml_file *yaml, struct model_draft *draft, struct app_error *error);
+/* Reads draft->effects, once the rest of the model is in place. */
+int model_read_effects(struct yaml_file *yaml, struct model_draft *draft, struct app_error *error);
 /* Reads a transmission's mapping into the tl_transmission at the entry's offset. */
 int model_read_transmission(struct yaml_file *yaml, yaml_node_t *node, const struct yaml_entry *entry,
                             void *target, struct app_error *error);

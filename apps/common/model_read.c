@@ -30,7 +30,7 @@ static int read_model(struct yaml_file *yaml, struct model_draft *draft, struct 
   /* the tables hold every range; this is the library's own opinion of the whole */
   if (tl_model_check(&draft->file.model) != TL_OK)
     return yaml_fail(yaml, yaml_file_root(yaml), error, "the model as a whole is out of its physical range");
-  return 0;
+  return model_read_effects(yaml, draft, error);
 }
 
 int model_file_read(const char *path, struct model_file *file, struct app_error *error) {

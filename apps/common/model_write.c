@@ -134,6 +134,21 @@ static void put_bounds(struct output *out, const struct model_file *file) {
   }
 }
 
+static void put_effects(struct output *out, const struct model_file *file) {
+  if (file->effects) output_text(out, "effects:\n");
+  for (int i = 0; i < file->effects; i++) {
+    const tl_effect *e = &file->effect[i];
+    const int n = e->kind->strengths + e->kind->shapes;
+    output_printf(out, "  - effect: %s\n    joint: %s\n    parameters: {", e->kind->name,
+                  model_effect_joint(&file->model, e->joint));
+    for (int k = 0; k < n; k++) {
+      output_printf(out, "%s%s: ", k ? ", " : "", e->kind->parameter[k].name);
+      output_exact(out, e->value[k]);
+    }
+    output_text(out, "}\n");
+  }
+}
+
 /* Can every number be written and read again? */
 static int check(const char *path, const struct model_file *file, struct app_error *error) {
   const tl_model *m = &file->model;
@@ -163,5 +178,6 @@ int model_file_write(const char *path, const struct model_file *file, const char
   if (m->plant == TL_PLANT_SLIDER) put_slider(out, m);
   put_settings(out, file);
   put_bounds(out, file);
+  put_effects(out, file);
   return output_commit(out, error);
 }

@@ -199,6 +199,12 @@ void stream_close(struct stream *stream) {
   free(stream);
 }
 
+void stream_set_effects(struct stream *stream, const tl_effect *effect, int effects) {
+  stream->regression.effect = effect;
+  stream->regression.effects = effects;
+  stream->regression.begin_s = recording_first_s(stream->recording);
+}
+
 const tl_regression *stream_regression(const struct stream *stream) {
   return &stream->regression;
 }

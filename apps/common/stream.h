@@ -37,6 +37,9 @@ struct stream *stream_open(struct recording *recording, const tl_model *model, c
 /* Nullable: stream. */
 void stream_close(struct stream *stream);
 
+/* Effects that are modelled already; kept by reference. */
+void stream_set_effects(struct stream *stream, const tl_effect *effect, int effects);
+
 const tl_regression *stream_regression(const struct stream *stream);
 /* The recording's path, as recording_open was given it. */
 const char *stream_path(const struct stream *stream);

@@ -35,8 +35,12 @@ static enum cli_result check_result(const char *recording) {
 static int predict(const struct model_file *file, struct recording *recording, struct app_error *error) {
   struct stream *stream =
       stream_open(recording, &file->model, &file->score, file->has_window ? &file->window : NULL, error);
-  struct output *out = stream ? output_open(asked.out, error) : NULL;
-  int result = out ? predict_write(out, recording, stream, &file->model, error) : -1;
+  struct output *out;
+  int result;
+
+  if (stream) stream_set_effects(stream, file->effect, file->effects);
+  out = stream ? output_open(asked.out, error) : NULL;
+  result = out ? predict_write(out, recording, stream, &file->model, error) : -1;
 
   if (out && result == 0)
     result = output_commit(out, error);

@@ -1,4 +1,4 @@
-"""Recordings from the bench twin: the leg as drawn, the leg as built, and equation (14) within the bench's limits."""
+"""Recordings from the bench twin: the leg as drawn and as built, and (14) within the bench's limits."""
 
 from dataclasses import dataclass
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""The page's figures as small SVG panels: one drawing each, two beside each other on a screen, one on a phone.
+"""The page's figures as small SVG panels: two beside each other on a screen, one on a phone.
 
 Colours are written as the page's CSS variables, text stays text.
 """
@@ -188,7 +188,7 @@ def torque(series, joint):
 
 
 def slips(results, cad, labels):
-    """For each joint: what each slip leaves of the error on the motion it was fitted on, and on other phases."""
+    """For each joint: the error that each slip leaves on the motion it was fitted on, and on other phases."""
 
     def into(joint):
         def dots(axes):

@@ -67,7 +67,7 @@ def error_against_omega(reference, points=111):
 
 
 def omega_of_error(omega, ratio_error, wanted):
-    """The largest omega below which the error stays below `wanted`, interpolated in its logarithm; None if never."""
+    """Up to which omega the error stays below `wanted` (log-interpolated); None if it never does."""
     beyond = numpy.flatnonzero(ratio_error > wanted)
     if len(beyond) == 0 or beyond[0] == 0:
         return None

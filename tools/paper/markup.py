@@ -1,4 +1,4 @@
-"""Small pieces of HTML: numbers, tables, figures."""
+"""Small pieces of HTML: numbers, paragraphs, tables, figures."""
 
 
 def number(x, digits=3):

@@ -1,5 +1,7 @@
-"""What the paper prints ('Dynamic parameter identification of ankle-knee prostheses based on Coulomb-viscous
-friction', J. Dynamics and Control 22(2), 2024, DOI 10.6052/1672-6553-2023-031). Nothing else on the page is typed in.
+"""What the paper prints; nothing else on the page is typed in.
+
+'Dynamic parameter identification of ankle-knee prostheses based on Coulomb-viscous friction', J. Dynamics and
+Control 22(2), 2024.
 """
 
 DOI = "10.6052/1672-6553-2023-031"

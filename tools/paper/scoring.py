@@ -46,7 +46,7 @@ def predict(model, recording, out):
 
 
 class Unseen:
-    """A recording to be predicted: its measured torque, what of it is scored, and the score of a prediction."""
+    """A recording to be predicted: its measured torque, what of it is scored, and a prediction's score."""
 
     def __init__(self, columns, model):
         self.recording = Recording(columns)

@@ -1,6 +1,7 @@
 """The paper's smoothing as it prints it: one window that slides over everything, reversals too.
 
-`talus-identify --window 20,1` takes the same order and length, but lets no window reach across a stop of its joint.
+`talus-identify --window 20,1` takes the same order and length, but lets no window reach across a stop of its
+joint.
 """
 
 import numpy
@@ -15,8 +16,8 @@ from .scoring import on_grid
 class Smoothed:
     """One recording's regression rows from windows across reversals; stands where slips.Prepared does.
 
-    `prepared` is the same recording as the library reads it: its grid, filter, target and scored rows are used, so
-    that nothing differs but the motion.
+    `prepared` is the same recording as the library reads it: its grid, filter, target and scored rows are
+    used, so that nothing differs but the motion.
     """
 
     def __init__(self, model, prepared, window=published.WINDOW):

@@ -1,6 +1,6 @@
 """The whole experiment: recordings, identification, and what each choice of the paper costs.
 
-`run` answers two mappings: `results` (numbers, as they go into paper.json) and `series` (what the figures draw).
+`run` answers two mappings: `results`, the numbers of paper.json, and `series`, what the figures draw.
 """
 
 import numpy
@@ -199,7 +199,7 @@ def _motion(lab):
 
 
 def _settings(lab):
-    """The paper's settings against the defaults: what they identify, and what that is worth on the unseen recording."""
+    """The paper's settings against the defaults: what they identify, and how well that predicts."""
     window = ",".join(f"{x:g}" for x in published.WINDOW)
     runs = {
         "default": (lab.train(), ()),
@@ -285,8 +285,8 @@ def _paper_form(lab):
 
 
 def _identifiability(lab, prepared):
-    """Singular values of the ten parameters' regressor (each in units of its CAD value), and a second leg that
-    differs along the null direction."""
+    """Singular values of the ten parameters' regressor (each in units of its CAD value), and a second leg
+    that differs along the null direction."""
     rows = slips.Rows([prepared[name] for name in lab.names("train")])
     parameters = lab.cad.parameters
     jacobian = numpy.zeros((len(lab.cad.base), len(parameters)))

@@ -1,0 +1,62 @@
+/* failing_calls.c: preloaded, it makes one call fail as on a disk that is full, so that tests can try every
+ * place where writing a result may fail, without a disk of their own. Counted are the calls that make, fill
+ * and name result files (those whose name holds ".tmp-"); number $FAILING_CALL of them fails with ENOSPC. */
+#define _GNU_SOURCE
+
+#include <dlfcn.h>
+#include <errno.h>
+#include <fcntl.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/types.h>
+#include <unistd.h>
+
+/* a function pointer of dlsym, by the way that POSIX describes */
+#define REAL(type, name)                                                                                     \
+  static type real;                                                                                          \
+  if (!real) *(void **)&real = dlsym(RTLD_NEXT, name)
+
+static int fails_now(const char *path) {
+  static int calls;
+  const char *wanted = getenv("FAILING_CALL");
+  if (!wanted || !strstr(path, ".tmp-") || ++calls != atoi(wanted)) return 0;
+  errno = ENOSPC;
+  return 1;
+}
+
+static int fails_now_fd(int fd) {
+  char name[64], path[4096];
+  snprintf(name, sizeof name, "/proc/self/fd/%d", fd);
+  const ssize_t n = readlink(name, path, sizeof path - 1);
+  path[n > 0 ? n : 0] = '\0';
+  return fails_now(path);
+}
+
+int open(const char *path, int flags, ...) {
+  REAL(int (*)(const char *, int, ...), "open");
+  mode_t mode = 0;
+  if (flags & O_CREAT) {
+    va_list arguments;
+    va_start(arguments, flags);
+    mode = va_arg(arguments, mode_t);
+    va_end(arguments);
+  }
+  return fails_now(path) ? -1 : real(path, flags, mode);
+}
+
+ssize_t write(int fd, const void *bytes, size_t n) {
+  REAL(ssize_t(*)(int, const void *, size_t), "write");
+  return fails_now_fd(fd) ? -1 : real(fd, bytes, n);
+}
+
+int fsync(int fd) {
+  REAL(int (*)(int), "fsync");
+  return fails_now_fd(fd) ? -1 : real(fd);
+}
+
+int rename(const char *from, const char *to) {
+  REAL(int (*)(const char *, const char *), "rename");
+  return fails_now(from) ? -1 : real(from, to);
+}

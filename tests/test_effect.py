@@ -1,0 +1,195 @@
+"""lib/effect.c and lib/effects/: laws against closed forms, prediction and identification with effects on board."""
+
+import json
+
+import numpy as np
+import pytest
+import talus
+import yaml
+from support import REPOSITORY, run
+from talus import check, ffi, lib, pointer
+from test_kinematics import leg_tree
+from test_regression import PENDULUM, leg_recording, pendulum_recording
+
+
+def kinds():
+    count = ffi.new("int *")
+    table = lib.tl_effect_table(count)
+    return {ffi.string(table[i].name).decode(): table[i] for i in range(count[0])}
+
+
+CATALOGUE = set(
+    "stribeck load_friction asymmetric_friction nonlinear_viscous position_friction presliding friction_drift backlash "
+    "elasticity kinematic_error linkage_error directional_efficiency cogging torque_saturation current_offset delay "
+    "encoder_eccentricity gravity_tilt parallel_spring base_compliance torque_constant sensor_offset".split())
+
+
+def instant(**values):
+    return ffi.new("tl_effect_instant *", values)
+
+
+def columns(name, shape=(), **values):
+    kind = kinds()[name]
+    out = np.empty(lib.TL_EFFECT_MAX_STRENGTHS if hasattr(lib, "TL_EFFECT_MAX_STRENGTHS") else 3)
+    lib.tl_effect_columns(kind, pointer(np.array([*shape, 0.0, 0.0])), instant(**values), pointer(out))
+    return out[: kind.strengths]
+
+
+def test_every_kind_bears_an_id_of_the_catalogue_and_sound_parameters():
+    assert set(kinds()) <= CATALOGUE
+    for name, kind in kinds().items():
+        assert kind.strengths >= 1 and kind.places > 0 and ffi.string(kind.meaning)
+        for i in range(kind.strengths + kind.shapes):
+            p = kind.parameter[i]
+            assert p.low <= p.typical <= p.high, (name, ffi.string(p.name))
+
+
+def test_laws_against_their_formulas():
+    v, slip, load, motor, ratio, q = -0.3, -1.0, -2.5, 0.02, 51.0, 0.4
+    at = {"v": v, "slip": slip, "load_Nm": load, "motor_Nm": motor, "ratio": ratio, "q": q, "motor_rad": 51 * q, "t_s": 30.0,
+          "gravity_tilt_Nm": 1.7, "effort_Nm": 0.9}
+    expected = {
+        ("stribeck", (0.1, 2.0)): [-np.exp(-9.0)],
+        ("stribeck", (0.1, 1.0)): [-np.exp(-3.0)],
+        ("load_friction", ()): [-2.5],
+        ("asymmetric_friction", ()): [1.0, 0.3],
+        ("nonlinear_viscous", (2.0,)): [-0.09],
+        ("nonlinear_viscous", (0.5,)): [-np.sqrt(0.3)],
+        ("position_friction", ()): [-0.4, -0.16],
+        ("friction_drift", (60.0,)): [-(1 - np.exp(-0.5)), -0.3 * (1 - np.exp(-0.5))],
+        ("directional_efficiency", ()): [-2.5, 0.0],  # load and motion in one direction: driving
+        ("kinematic_error", (2.0,)): [np.sin(2 * 51 * q), np.cos(2 * 51 * q)],
+        ("cogging", (12.0,)): [51 * np.sin(12 * 51 * q), 51 * np.cos(12 * 51 * q)],
+        ("torque_saturation", (1.0,)): [51 * 0.02 * 0.02],
+        ("current_offset", ()): [51.0],
+        ("gravity_tilt", ()): [1.7],
+        ("parallel_spring", ()): [0.4, 0.064, 1.0],
+        ("torque_constant", ()): [-0.9],
+        ("sensor_offset", ()): [-1.0],
+    }
+    assert {name for name, _ in expected} == set(kinds())
+    for (name, shape), want in expected.items():
+        assert columns(name, shape, **at) == pytest.approx(want, rel=1e-12, abs=1e-15), name
+    assert columns("directional_efficiency", (), **{**at, "load_Nm": 2.5}) == pytest.approx([0.0, -2.5])
+
+
+def test_the_instant_knows_load_and_tilt():
+    """Load by hand for a pendulum; tilt against the difference of two tilted gravities."""
+    model = talus.Model.from_tree(PENDULUM)
+    motion, now = ffi.new("tl_motion *"), ffi.new("tl_effect_instant *")
+    motion.q[0], motion.v[0], motion.a[0], motion.slip[0] = 0.3, 0.5, -2.0, 1.0
+    lib.tl_effect_instant_of(model.struct, motion, 0, 1.0, ffi.NULL, now)
+    assert now.load_Nm == pytest.approx(0.8 * -2.0 + 1.1 * 9.81 * np.sin(0.3 - 0.2), rel=1e-12)
+    assert now.motor_Nm == pytest.approx((now.load_Nm + 0.9 + 0.4 * 0.5 + 0.3) / 20, rel=1e-12)
+    assert now.ratio == 20 and now.motor_rad == pytest.approx(6.0)
+    leg = talus.Model.from_tree(leg_tree())
+    for joint in (0, 1):
+        motion.q[0], motion.q[1], motion.v[0], motion.v[1] = 0.3, -0.2, 0.0, 0.0
+        motion.a[0] = motion.a[1] = motion.slip[0] = motion.slip[1] = 0.0
+        lib.tl_effect_instant_of(leg.struct, motion, joint, 0.0, ffi.NULL, now)
+        static = lambda tilt: leg.inverse([[0.3 + tilt], [-0.2]], [[0.0], [0.0]], [[0.0], [0.0]])[joint, 0] * now.ratio
+        assert now.gravity_tilt_Nm == pytest.approx((static(1e-6) - static(-1e-6)) / 2e-6, rel=1e-6)
+
+
+def test_where_an_effect_can_stand():
+    leg, pendulum = talus.Model.from_tree(leg_tree()), talus.Model.from_tree(PENDULUM)
+    applies = lambda name, model, joint: bool(lib.tl_effect_applies(kinds()[name], model.struct, joint))
+    assert applies("stribeck", leg, 0) and applies("stribeck", leg, 1) and not applies("stribeck", leg, 2)
+    assert applies("kinematic_error", leg, 0) and not applies("kinematic_error", leg, 1)
+    assert applies("gravity_tilt", leg, 2) and not applies("gravity_tilt", leg, 0)
+    assert applies("torque_constant", pendulum, 0) and not applies("torque_constant", leg, 0)
+
+
+def with_effects(tree, *effects):
+    return {**tree, "effects": [{"effect": e, "joint": j, "parameters": p} for e, j, p in effects]}
+
+
+def rows(path):
+    return np.genfromtxt(path, delimiter=",", names=True)
+
+
+def write_recording(path, recording):
+    names = list(recording.columns)
+    np.savetxt(path, np.column_stack([recording.columns[n] for n in names]), delimiter=",", header=",".join(names),
+               comments="", fmt="%.12g")
+
+
+def test_prediction_adds_what_the_effects_say(tmp_path):
+    recording, (q, v, a, torque) = pendulum_recording()
+    write_recording(tmp_path / "r.csv", recording)
+    effects = [("stribeck", "joint", {"extra_Nm": 0.5, "speed_rad_s": 0.2, "exponent": 2.0}),
+               ("parallel_spring", "joint", {"stiffness_Nm_rad": 3.0, "stiffening_Nm_rad3": 2.0, "preload_Nm": 0.1})]
+    (tmp_path / "m.yaml").write_text(yaml.safe_dump(with_effects(PENDULUM, *effects)))
+    run("talus-predict", "--model", tmp_path / "m.yaml", "--out", tmp_path / "p.csv", tmp_path / "r.csv")
+    want = torque + 0.5 * np.exp(-(v / 0.2) ** 2) * np.sign(v) + 3 * q + 2 * q**3 + 0.1
+    away = (np.abs(v) > 0.05) & (recording.t > 0.1) & (recording.t < recording.t[-1] - 0.1)
+    assert np.max(np.abs(rows(tmp_path / "p.csv")["joint_torque_Nm"] - want)[away]) < 3e-3 * np.max(np.abs(want))
+
+
+def test_an_effect_at_the_ankle_leaves_the_knee_alone(tmp_path):
+    write_recording(tmp_path / "r.csv", leg_recording())
+    predictions = []
+    for effects in ([], [("current_offset", "ankle", {"torque_Nm": 0.01})], [("gravity_tilt", "base", {"tilt_rad": 0.05})]):
+        (tmp_path / "m.yaml").write_text(yaml.safe_dump(with_effects(leg_tree(), *effects)))
+        run("talus-predict", "--model", tmp_path / "m.yaml", "--out", tmp_path / "p.csv", tmp_path / "r.csv")
+        predictions.append(rows(tmp_path / "p.csv"))
+    plain, offset, tilted = predictions
+    knee, ankle = "knee_motor_torque_Nm", "ankle_motor_torque_Nm"
+    assert np.array_equal(plain[knee], offset[knee])
+    assert offset[ankle] - plain[ankle] == pytest.approx(0.01, abs=1e-11)
+    assert np.max(np.abs(tilted[knee] - plain[knee])) > 1e-3 and np.max(np.abs(tilted[ankle] - plain[ankle])) > 1e-5
+
+
+def test_identification_with_the_effect_on_board_finds_the_plain_parameters(tmp_path):
+    recording, (q, v, a, torque) = pendulum_recording(noise_A=0.01)
+    current = (torque + 0.15 * np.abs(0.8 * a + 1.1 * 9.81 * np.sin(q - 0.2)) * np.sign(v)) / 2.0
+    write_recording(tmp_path / "r.csv", talus.Recording({**recording.columns, "joint_current_A": current}))
+    found = {}
+    for name, effects in (("plain", []), ("with", [("load_friction", "joint", {"coefficient": 0.15})])):
+        (tmp_path / "m.yaml").write_text(yaml.safe_dump(with_effects(PENDULUM, *effects)))
+        run("talus-identify", "--model", tmp_path / "m.yaml", "--out", tmp_path / "f.yaml", "--report",
+            tmp_path / "r.json", tmp_path / "r.csv")
+        found[name] = json.loads((tmp_path / "r.json").read_text())
+    fit = found["with"]["parameters"]["coulomb_Nm"]["value"]
+    assert fit == pytest.approx(0.9, rel=0.02)
+    assert found["plain"]["parameters"]["coulomb_Nm"]["value"] > 1.1  # it swallows the mean of the load's friction
+    assert found["with"]["error"]["joint"]["identified_rms"] < 0.3 * found["plain"]["error"]["joint"]["identified_rms"]
+    # the fitted model carries the effect on, and reads back
+    assert yaml.safe_load((tmp_path / "f.yaml").read_text())["effects"][0]["effect"] == "load_friction"
+    run("talus-predict", "--model", tmp_path / "f.yaml", "--out", tmp_path / "p.csv", tmp_path / "r.csv")
+
+
+def test_with_a_load_sensor_constant_and_zero_are_told(tmp_path):
+    recording, (q, v, a, torque) = pendulum_recording()
+    load = 2.0 * np.sin(recording.t)
+    # the drive gives 1.2 of what its current says, and the sensor reads 0.3 too much
+    columns_ = {**recording.columns, "joint_current_A": (torque + load) / 1.2 / 2.0, "joint_load_Nm": load + 0.3}
+    write_recording(tmp_path / "r.csv", talus.Recording(columns_))
+    effects = [("torque_constant", "joint", {"excess": 0.2}), ("sensor_offset", "joint", {"offset_Nm": 0.3})]
+    (tmp_path / "m.yaml").write_text(yaml.safe_dump(with_effects(PENDULUM, *effects)))
+    run("talus-predict", "--model", tmp_path / "m.yaml", "--out", tmp_path / "p.csv", tmp_path / "r.csv")
+    away = (np.abs(v) > 0.05) & (recording.t > 0.1) & (recording.t < recording.t[-1] - 0.1)
+    error = rows(tmp_path / "p.csv")["joint_load_Nm"] - columns_["joint_load_Nm"]
+    assert np.max(np.abs(error)[away]) < 3e-3 * np.max(np.abs(torque))
+
+
+@pytest.mark.parametrize("effect, message", [
+    ({"effect": "stribeck", "joint": "knee", "parameters": {"extra_Nm": 0.4}}, "missing"),
+    ({"effect": "stribeck", "joint": "hip", "parameters": {}}, "cannot stand at 'hip'"),
+    ({"effect": "kinematic_error", "joint": "ankle", "parameters": {}}, "cannot stand at 'ankle'"),
+    ({"effect": "load_friction", "joint": "knee", "parameters": {"coefficient": 3.0}}, "out of its range"),
+    ({"effect": "load_friction", "joint": "knee", "parameters": {"coefficient": 0.1, "x": 1}}, "unknown key|not known"),
+    ({"effect": "load_friction", "joint": "knee"}, "missing"),
+])  # fmt: skip
+def test_bad_effects_in_a_model_file(tmp_path, effect, message):
+    write_recording(tmp_path / "r.csv", leg_recording())
+    (tmp_path / "m.yaml").write_text(yaml.safe_dump({**leg_tree(), "effects": [effect]}))
+    done = run("talus-predict", "--model", tmp_path / "m.yaml", "--out", tmp_path / "p.csv", tmp_path / "r.csv", status=2)
+    assert len(done.stderr.splitlines()) == 1 and "m.yaml:" in done.stderr
+    assert any(part in done.stderr for part in message.split("|")), done.stderr
+    assert not (tmp_path / "p.csv").exists()
+
+
+def test_the_models_folder_reads():
+    for path in sorted((REPOSITORY / "models").glob("*.yaml")):
+        check(lib.tl_model_check(talus.Model.read(path).struct))
