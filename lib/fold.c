@@ -10,16 +10,6 @@ typedef struct motion {
   const double *q, *v, *a, *slip, *torque;
 } motion;
 
-/* direction of friction as tl_slip_from_velocity says */
-static void fill_slip(const tl_model *m, size_t count, tl_piece *piece) {
-  for (size_t i = 0; i < count; i++) {
-    tl_motion now = {.v = {piece->v[0][i], piece->v[1][i]}};
-    tl_slip_from_velocity(m, &now);
-    piece->slip[0][i] = now.slip[0];
-    piece->slip[1][i] = now.slip[1];
-  }
-}
-
 /* instants [first, first + count) */
 static void take_piece(const tl_model *m, const motion *all, size_t first, size_t count, tl_piece *piece) {
   size_t bytes = count * sizeof(double);
@@ -31,7 +21,7 @@ static void take_piece(const tl_model *m, const motion *all, size_t first, size_
     memcpy(piece->a[j], all->a + at, bytes);
     if (all->slip) memcpy(piece->slip[j], all->slip + at, bytes);
   }
-  if (!all->slip) fill_slip(m, count, piece);
+  if (!all->slip) tl_piece_slip(m, count, piece);
 }
 
 /* rows of any plant, one instant after the other */

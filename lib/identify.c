@@ -154,11 +154,9 @@ tl_status tl_problem_init(tl_problem *problem, const tl_model *prior, const tl_i
 double tl_identify_cost(const double *x, const void *context) {
   const tl_problem *p = context;
   double base[TL_MAX_BASE], value[TL_MAX_PARAMETERS];
-  tl_model m = p->model;
 
   tl_problem_parameters(p, x, value);
-  tl_parameters_set(&m, value);
-  tl_base_values(&m, base);
+  tl_base_at(&p->model, value, base);
   /* the constant part, which no parameter changes, would hide the last digits */
   return tl_factor_excess(&p->factor, base) / (double)p->factor.rows;
 }

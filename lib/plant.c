@@ -15,6 +15,18 @@ void tl_slip_from_velocity(const tl_model *m, tl_motion *motion) {
   motion->slip[1] = sign_of(ankle_speed);
 }
 
+void tl_piece_slip(const tl_model *m, size_t n, tl_piece *piece) {
+  int paper = m->plant == TL_PLANT_LEG && m->form == TL_FORM_PAPER;
+  size_t i;
+
+  for (i = 0; i < n; i++) {
+    double knee = piece->v[0][i], ankle = paper ? piece->v[1][i] + knee : piece->v[1][i];
+
+    piece->slip[0][i] = knee > 0.0 ? 1.0 : knee < 0.0 ? -1.0 : 0.0;
+    piece->slip[1][i] = ankle > 0.0 ? 1.0 : ankle < 0.0 ? -1.0 : 0.0;
+  }
+}
+
 void tl_inverse(const tl_model *m, const tl_motion *motion, double torque[TL_MAX_JOINTS]) {
   switch (m->plant) {
   case TL_PLANT_LEG: tl_leg_inverse(m, motion, torque); break;

@@ -37,6 +37,8 @@ typedef struct tl_piece_rows {
   double known[TL_MAX_JOINTS][TL_PIECE];
 } tl_piece_rows;
 
+/* slip of n <= TL_PIECE instants as tl_slip_from_velocity says */
+void tl_piece_slip(const tl_model *m, size_t n, tl_piece *piece);
 /* rows of n <= TL_PIECE instants, the same bits as tl_leg_regressor's */
 void tl_leg_piece(const tl_model *restrict m, const tl_piece *restrict s, size_t n, tl_piece_rows *restrict rows);
 
@@ -48,7 +50,7 @@ typedef struct tl_plant_table {
   int parameters;
   const char *const *base;
   int bases;
-  void (*base_values)(const tl_model *m, double *base);
+  void (*base_at)(const tl_model *m, const double *p, double *base);
   void (*base_jacobian)(const tl_model *m, double *jacobian); /* into zeros */
 } tl_plant_table;
 

@@ -29,6 +29,21 @@ enum {
   BASES
 };
 
+/* the paper's ten, in its order */
+enum {
+  P_MOTOR_COM,
+  P_FOOT_COM,
+  P_SHANK_COM,
+  P_SHANK_INERTIA,
+  P_ROTOR_INERTIA,
+  P_FOOT_INERTIA,
+  P_KNEE_COULOMB,
+  P_KNEE_VISCOUS,
+  P_ANKLE_COULOMB,
+  P_ANKLE_VISCOUS,
+  PARAMETERS
+};
+
 /* what depends on the joint angles alone */
 typedef struct leg_pose {
   double gravity_shank;  /* g sin theta_s */
@@ -99,19 +114,37 @@ static inline leg_factors factors_at(const tl_model *m, const leg_pose *p, const
   return f;
 }
 
-static inline void base_values(const tl_model *m, double *base) {
-  double shank = m->shank_mass_kg * m->shank_com_m, motor = m->ankle_motor_mass_kg * m->ankle_motor_com_m;
-  double foot = m->foot_mass_kg * m->foot_com_m;
+static inline void base_at(const tl_model *m, const double *p, double *base) {
+  double shank = m->shank_mass_kg * p[P_SHANK_COM], motor = m->ankle_motor_mass_kg * p[P_MOTOR_COM];
+  double foot = m->foot_mass_kg * p[P_FOOT_COM];
 
-  base[SHANK_INERTIA] = m->shank_inertia_kg_m2 + shank * m->shank_com_m + motor * m->ankle_motor_com_m;
+  base[SHANK_INERTIA] = p[P_SHANK_INERTIA] + shank * p[P_SHANK_COM] + motor * p[P_MOTOR_COM];
   base[SHANK_MOMENT] = shank + motor;
   base[FOOT_MOMENT] = foot;
-  base[FOOT_INERTIA] = m->foot_inertia_kg_m2 + foot * m->foot_com_m;
-  base[ROTOR_INERTIA] = m->drive[1].rotor_inertia_kg_m2;
-  base[KNEE_COULOMB] = m->drive[0].coulomb_Nm;
-  base[KNEE_VISCOUS] = m->drive[0].viscous_Nms_rad;
-  base[ANKLE_COULOMB] = m->drive[1].coulomb_Nm;
-  base[ANKLE_VISCOUS] = m->drive[1].viscous_Nms_rad;
+  base[FOOT_INERTIA] = p[P_FOOT_INERTIA] + foot * p[P_FOOT_COM];
+  base[ROTOR_INERTIA] = p[P_ROTOR_INERTIA];
+  base[KNEE_COULOMB] = p[P_KNEE_COULOMB];
+  base[KNEE_VISCOUS] = p[P_KNEE_VISCOUS];
+  base[ANKLE_COULOMB] = p[P_ANKLE_COULOMB];
+  base[ANKLE_VISCOUS] = p[P_ANKLE_VISCOUS];
+}
+
+/* at the model's own parameters, without a detour through memory */
+static inline void base_values(const tl_model *m, double *base) {
+  const double p[PARAMETERS] = {
+      [P_MOTOR_COM] = m->ankle_motor_com_m,
+      [P_FOOT_COM] = m->foot_com_m,
+      [P_SHANK_COM] = m->shank_com_m,
+      [P_SHANK_INERTIA] = m->shank_inertia_kg_m2,
+      [P_ROTOR_INERTIA] = m->drive[1].rotor_inertia_kg_m2,
+      [P_FOOT_INERTIA] = m->foot_inertia_kg_m2,
+      [P_KNEE_COULOMB] = m->drive[0].coulomb_Nm,
+      [P_KNEE_VISCOUS] = m->drive[0].viscous_Nms_rad,
+      [P_ANKLE_COULOMB] = m->drive[1].coulomb_Nm,
+      [P_ANKLE_VISCOUS] = m->drive[1].viscous_Nms_rad,
+  };
+
+  base_at(m, p, base);
 }
 
 /* the foot's mass at the ankle, which no parameter moves */
@@ -283,21 +316,6 @@ void tl_leg_piece(const tl_model *restrict m, const tl_piece *restrict s, size_t
 
 /* ---- what is identified ------------------------------------------------ */
 
-/* the paper's ten, in its order */
-enum {
-  P_MOTOR_COM,
-  P_FOOT_COM,
-  P_SHANK_COM,
-  P_SHANK_INERTIA,
-  P_ROTOR_INERTIA,
-  P_FOOT_INERTIA,
-  P_KNEE_COULOMB,
-  P_KNEE_VISCOUS,
-  P_ANKLE_COULOMB,
-  P_ANKLE_VISCOUS,
-  PARAMETERS
-};
-
 static const tl_parameter leg_parameter[PARAMETERS] = {
     [P_MOTOR_COM] = {"ankle_motor_com_m", offsetof(tl_model, ankle_motor_com_m), 0.0, 0, 0},
     [P_FOOT_COM] = {"foot_com_m", offsetof(tl_model, foot_com_m), 0.0, 0, 0},
@@ -319,8 +337,8 @@ static const char *const leg_base[BASES] = {
     [ANKLE_VISCOUS] = "ankle_viscous",
 };
 
-static void leg_base_values(const tl_model *m, double *base) {
-  base_values(m, base);
+static void leg_base_at(const tl_model *m, const double *p, double *base) {
+  base_at(m, p, base);
 }
 
 static void leg_base_jacobian(const tl_model *m, double *jacobian) {
@@ -342,5 +360,5 @@ static void leg_base_jacobian(const tl_model *m, double *jacobian) {
 }
 
 const tl_plant_table tl_leg_table = {
-    {"knee", "ankle"}, 2, leg_parameter, PARAMETERS, leg_base, BASES, leg_base_values, leg_base_jacobian,
+    {"knee", "ankle"}, 2, leg_parameter, PARAMETERS, leg_base, BASES, leg_base_at, leg_base_jacobian,
 };

@@ -154,9 +154,16 @@ const char *tl_base_name(const tl_model *m, int base) {
 }
 
 void tl_base_values(const tl_model *m, double *base) {
+  double p[TL_MAX_PARAMETERS];
+
+  tl_parameters_get(m, p);
+  tl_base_at(m, p, base);
+}
+
+void tl_base_at(const tl_model *m, const double *p, double *base) {
   const tl_plant_table *t = table_of(m);
 
-  if (t->base_values) t->base_values(m, base);
+  if (t->base_at) t->base_at(m, p, base);
 }
 
 void tl_base_jacobian(const tl_model *m, double *jacobian) {

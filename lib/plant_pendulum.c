@@ -52,16 +52,17 @@ static const tl_parameter parameter[PARAMETERS] = {
 static const char *const base_name[BASES] = {"inertia",       "gravity_sin", "gravity_cos",
                                              "torque_offset", "coulomb",     "viscous"};
 
-static void base_values(const tl_model *m, double *base) {
+static void base_at(const tl_model *m, const double *p, double *base) {
   double s, c;
 
-  tl_sincos_inline(m->gravity_zero_rad, &s, &c);
-  base[INERTIA] = m->inertia_kg_m2;
-  base[GRAVITY_SIN] = m->gravity_moment_kg_m * c;
-  base[GRAVITY_COS] = -m->gravity_moment_kg_m * s;
-  base[OFFSET] = m->torque_offset_Nm;
-  base[COULOMB] = m->drive[0].coulomb_Nm;
-  base[VISCOUS] = m->drive[0].viscous_Nms_rad;
+  (void)m;
+  tl_sincos_inline(p[P_ZERO], &s, &c);
+  base[INERTIA] = p[P_INERTIA];
+  base[GRAVITY_SIN] = p[P_MOMENT] * c;
+  base[GRAVITY_COS] = -p[P_MOMENT] * s;
+  base[OFFSET] = p[P_OFFSET];
+  base[COULOMB] = p[P_COULOMB];
+  base[VISCOUS] = p[P_VISCOUS];
 }
 
 static void base_jacobian(const tl_model *m, double *jacobian) {
@@ -81,5 +82,5 @@ static void base_jacobian(const tl_model *m, double *jacobian) {
 }
 
 const tl_plant_table tl_pendulum_table = {
-    {"joint", 0}, 1, parameter, PARAMETERS, base_name, BASES, base_values, base_jacobian,
+    {"joint", 0}, 1, parameter, PARAMETERS, base_name, BASES, base_at, base_jacobian,
 };

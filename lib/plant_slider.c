@@ -25,8 +25,11 @@ static const tl_parameter parameter[PARAMETERS] = {
 
 static const char *const base_name[PARAMETERS] = {"mass", "coulomb", "viscous", "force_offset"};
 
-static void base_values(const tl_model *m, double *base) {
-  tl_parameters_get(m, base);
+static void base_at(const tl_model *m, const double *p, double *base) {
+  int i;
+
+  (void)m;
+  for (i = 0; i < PARAMETERS; i++) base[i] = p[i];
 }
 
 static void base_jacobian(const tl_model *m, double *jacobian) {
@@ -37,5 +40,5 @@ static void base_jacobian(const tl_model *m, double *jacobian) {
 }
 
 const tl_plant_table tl_slider_table = {
-    {"slider", 0}, 1, parameter, PARAMETERS, base_name, PARAMETERS, base_values, base_jacobian,
+    {"slider", 0}, 1, parameter, PARAMETERS, base_name, PARAMETERS, base_at, base_jacobian,
 };

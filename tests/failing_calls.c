@@ -13,9 +13,14 @@
 #include <sys/types.h>
 #include <unistd.h>
 
-/* a function pointer of dlsym, by the way that POSIX describes */
+typedef int open_function(const char *, int, ...);
+typedef ssize_t write_function(int, const void *, size_t);
+typedef int fsync_function(int);
+typedef int rename_function(const char *, const char *);
+
+/* the function that this one stands before; POSIX's way to get it from dlsym */
 #define REAL(type, name)                                                                                     \
-  static type real;                                                                                          \
+  static type *real;                                                                                         \
   if (!real) *(void **)&real = dlsym(RTLD_NEXT, name)
 
 static int fails_now(const char *path) {
@@ -35,7 +40,7 @@ static int fails_now_fd(int fd) {
 }
 
 int open(const char *path, int flags, ...) {
-  REAL(int (*)(const char *, int, ...), "open");
+  REAL(open_function, "open");
   mode_t mode = 0;
   if (flags & O_CREAT) {
     va_list arguments;
@@ -47,16 +52,16 @@ int open(const char *path, int flags, ...) {
 }
 
 ssize_t write(int fd, const void *bytes, size_t n) {
-  REAL(ssize_t(*)(int, const void *, size_t), "write");
+  REAL(write_function, "write");
   return fails_now_fd(fd) ? -1 : real(fd, bytes, n);
 }
 
 int fsync(int fd) {
-  REAL(int (*)(int), "fsync");
+  REAL(fsync_function, "fsync");
   return fails_now_fd(fd) ? -1 : real(fd);
 }
 
 int rename(const char *from, const char *to) {
-  REAL(int (*)(const char *, const char *), "rename");
+  REAL(rename_function, "rename");
   return fails_now(from) ? -1 : real(from, to);
 }

@@ -66,10 +66,14 @@ static int read_effect(struct yaml_file *yaml, yaml_node_t *node, struct model_f
 
   if (file->effects == MODEL_MAX_EFFECTS)
     return yaml_fail(yaml, node, error, "more than %d effects", MODEL_MAX_EFFECTS);
+  /* an unknown effect first: what else it may have is then unknown too */
+  const yaml_node_t *id = yaml_find(yaml, node, "effect");
+  if (!id || id->type != YAML_SCALAR_NODE) return yaml_fail(yaml, node, error, "expected {effect: ID, ...}");
+  const char *name = yaml_text(yaml, id, error);
+  if (!name) return -1;
+  e->kind = tl_effect_find(name);
+  if (!e->kind) return yaml_fail(yaml, id, error, "the effect '%.40s' is not known to this version", name);
   if (yaml_read_map(yaml, node, keys, 3, &w, error) != 0) return -1;
-  e->kind = tl_effect_find(w.effect);
-  if (!e->kind)
-    return yaml_fail(yaml, node, error, "the effect '%.40s' is not known to this version", w.effect);
   e->joint = find_joint(&file->model, w.joint);
   if (!tl_effect_applies(e->kind, &file->model, e->joint))
     return yaml_fail(yaml, node, error, "the effect '%s' cannot stand at '%.40s'", e->kind->name, w.joint);

@@ -138,6 +138,8 @@ void tl_parameters_set(tl_model *m, const double *p);
 int tl_base_count(const tl_model *m);
 const char *tl_base_name(const tl_model *m, int base);
 void tl_base_values(const tl_model *m, double *base);
+/* The same at physical parameters p instead of the model's own; the rest of the model is as it is. */
+void tl_base_at(const tl_model *m, const double *p, double *base);
 /* d base / d parameter, row-major (base_count x parameter count). */
 void tl_base_jacobian(const tl_model *m, double *jacobian);
 

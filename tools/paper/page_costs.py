@@ -178,8 +178,8 @@ def _slips_list(s):
         " <b>Sign of T<sub>τf</sub></b>: the ankle’s friction acts on shank and foot in opposite directions;"
         " in print it is counted the same way in both, which puts it twice into the knee’s torque. <b>Ankle"
         " friction on the foot’s absolute speed</b>, where friction in a joint acts on the joint’s speed."
-        " Inertias and frictions are kept from becoming negative; without that bound the printed equations"
-        f" would ask for it. The programs, given <code>form: paper</code>, agree: {milli(whole['knee'])} and"
+        " Inertias and frictions are kept from becoming negative; −100 % is a friction at that bound. The"
+        f" programs, given <code>form: paper</code>, agree with the last row: {milli(whole['knee'])} and"
         f" {milli(whole['ankle'])} mNm on other phases."
     )
 
