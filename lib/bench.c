@@ -216,6 +216,8 @@ tl_status tl_bench_init(tl_bench *b, const tl_model *m, const tl_excitation *e, 
   made.model = m;
   made.excitation = e;
   made.settings = *s;
+  /* whole control periods, or samples would not lie amid two ticks and see the held current early */
+  made.settings.settle_s = floor(s->settle_s * s->control_hz + 0.5) / s->control_hz;
   reference_at(&made, 0.0, &start);
   memset(start.v, 0, sizeof start.v);
   status = tl_simulation_init(&made.simulation, m, start.q, start.v);

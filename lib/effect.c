@@ -96,9 +96,8 @@ static void motor_side(const tl_model *m, int joint, double q, tl_effect_instant
   tl_transmission_ratio(&m->drive[joint].transmission, q, &now->ratio, &slope);
 }
 
-/* d (gravity's torque at each joint) / d tilt: gravity's lever arms turned by a right angle. By
- * the difference of two static torques: a tilt of the base turns every absolute angle. */
-static double gravity_tilt(const tl_model *m, const tl_motion *motion, int joint) {
+/* gravity's lever arms turned by a right angle: a tilt of the base turns every absolute angle */
+double tl_effect_tilt_of(const tl_model *m, const tl_motion *motion, int joint) {
   static const double quarter = 1.5707963267948966;
   double torque[TL_MAX_JOINTS], joint_torque[TL_MAX_JOINTS];
   tl_model still = *m;
@@ -120,24 +119,29 @@ static double gravity_tilt(const tl_model *m, const tl_motion *motion, int joint
   return joint_torque[joint];
 }
 
-void tl_effect_instant_of(const tl_model *m, const tl_motion *motion, int joint, double t_s,
-                          const double *effort_Nm, tl_effect_instant *now) {
-  const tl_drive *d = &m->drive[joint];
-  double torque[TL_MAX_JOINTS];
-
+void tl_effect_place_of(const tl_model *m, const tl_motion *motion, int joint, double t_s,
+                        tl_effect_instant *now) {
   memset(now, 0, sizeof *now);
   now->q = motion->q[joint];
   now->v = motion->v[joint];
   now->slip = motion->slip[joint];
   now->t_s = t_s;
   motor_side(m, joint, now->q, now);
+}
+
+void tl_effect_instant_of(const tl_model *m, const tl_motion *motion, int joint, double t_s,
+                          const double *effort_Nm, tl_effect_instant *now) {
+  const tl_drive *d = &m->drive[joint];
+  double torque[TL_MAX_JOINTS];
+
+  tl_effect_place_of(m, motion, joint, t_s, now);
   tl_inverse(m, motion, torque);
   now->load_Nm = torque[joint] * torque_ratio(m, joint, now->q) - d->coulomb_Nm * now->slip -
                  d->viscous_Nms_rad * now->v;
   if (m->plant == TL_PLANT_PENDULUM) now->load_Nm -= m->torque_offset_Nm;
   if (m->plant == TL_PLANT_SLIDER) now->load_Nm -= m->force_offset_N;
   now->motor_Nm = m->plant == TL_PLANT_LEG ? torque[joint] : torque[joint] / now->ratio;
-  now->gravity_tilt_Nm = gravity_tilt(m, motion, joint);
+  now->gravity_tilt_Nm = tl_effect_tilt_of(m, motion, joint);
   if (!effort_Nm) return;
   /* with a sensor at the output the drive's torque is known, and is what the gear carries */
   now->effort_Nm = now->load_Nm = *effort_Nm;
@@ -165,19 +169,35 @@ void tl_effect_columns(const tl_effect_kind *kind, const double *shape, const tl
   for (k = 0; k < kind->strengths; k++) column[k] += f[k] * now->slip;
 }
 
+int tl_effect_at(const tl_effect *e, int joint) {
+  return e->joint == joint || e->joint == TL_MAX_JOINTS;
+}
+
+/* what the effects of one sort of action add at the joint */
+static double sum_of(const tl_effect *effect, int n, int joint, int acts, const tl_effect_instant *now) {
+  double sum = 0.0, torque, friction;
+  int i;
+
+  for (i = 0; i < n; i++) {
+    if (effect[i].kind->acts != acts || !tl_effect_at(&effect[i], joint)) continue;
+    tl_effect_law(&effect[i], now, &torque, &friction);
+    sum += torque + friction * now->slip;
+  }
+  return sum;
+}
+
 double tl_effects_torque(const tl_effect *effect, int n, const tl_model *m, const tl_motion *motion,
                          int joint, double t_s, const double *effort_Nm) {
   tl_effect_instant now;
-  double sum = 0.0, torque, friction;
+  double sum;
   int i, any = 0;
 
-  for (i = 0; i < n; i++) any |= effect[i].joint == joint || effect[i].joint == TL_MAX_JOINTS;
+  for (i = 0; i < n; i++) any |= tl_effect_at(&effect[i], joint);
   if (!any) return 0.0;
   tl_effect_instant_of(m, motion, joint, t_s, effort_Nm, &now);
-  for (i = 0; i < n; i++) {
-    if (effect[i].joint != joint && effect[i].joint != TL_MAX_JOINTS) continue;
-    tl_effect_law(&effect[i], &now, &torque, &friction);
-    sum += torque + friction * now.slip;
-  }
+  sum = sum_of(effect, n, joint, TL_EFFECT_MECHANICAL, &now);
+  /* the motor bears the mechanical ones, and its current shows what it bears */
+  if (!effort_Nm) now.motor_Nm += sum / now.ratio;
+  sum += sum_of(effect, n, joint, TL_EFFECT_MEASURED, &now);
   return sum / torque_ratio(m, joint, now.q);
 }

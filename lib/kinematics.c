@@ -110,6 +110,7 @@ static tl_status reconstruct_piece(const joint_work *w, size_t begin, size_t end
 static tl_status reconstruct_pieces(const joint_work *w, const tl_stop *stop, size_t stops) {
   size_t begin = 0, k;
 
+  if (w->sensing->across) return reconstruct_piece(w, 0, w->n);
   for (k = 0; k <= stops; k++) {
     size_t end = k == stops ? w->n : stop[k].before == TL_NO_ROW ? begin : stop[k].before + 1;
 

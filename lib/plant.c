@@ -15,16 +15,22 @@ void tl_slip_from_velocity(const tl_model *m, tl_motion *motion) {
   motion->slip[1] = sign_of(ankle_speed);
 }
 
-void tl_piece_slip(const tl_model *m, size_t n, tl_piece *piece) {
-  int paper = m->plant == TL_PLANT_LEG && m->form == TL_FORM_PAPER;
+/* sign_of without a branch or a whole number, for loops in vector registers */
+static void signs_of(const double *restrict x, const double *restrict plus, size_t n, double *restrict sign) {
   size_t i;
 
   for (i = 0; i < n; i++) {
-    double knee = piece->v[0][i], ankle = paper ? piece->v[1][i] + knee : piece->v[1][i];
-
-    piece->slip[0][i] = knee > 0.0 ? 1.0 : knee < 0.0 ? -1.0 : 0.0;
-    piece->slip[1][i] = ankle > 0.0 ? 1.0 : ankle < 0.0 ? -1.0 : 0.0;
+    double sum = plus ? x[i] + plus[i] : x[i];
+    sign[i] = sum > 0.0 ? 1.0 : sum < 0.0 ? -1.0 : 0.0;
   }
+}
+
+void tl_piece_slip(const tl_model *m, const double *const v[TL_MAX_JOINTS], size_t n,
+                   double slip[TL_MAX_JOINTS][TL_PIECE]) {
+  int paper = m->plant == TL_PLANT_LEG && m->form == TL_FORM_PAPER;
+
+  signs_of(v[0], NULL, n, slip[0]);
+  if (tl_joint_count(m) > 1) signs_of(v[1], paper ? v[0] : NULL, n, slip[1]);
 }
 
 void tl_inverse(const tl_model *m, const tl_motion *motion, double torque[TL_MAX_JOINTS]) {

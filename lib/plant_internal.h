@@ -25,20 +25,21 @@ void tl_leg_regressor(const tl_model *m, const tl_motion *motion, double *row, d
 void tl_pendulum_regressor(const tl_model *m, const tl_motion *motion, double *row);
 void tl_slider_regressor(const tl_motion *motion, double *row);
 
-/* Many instants at once: a piece of a motion and its rows, column after column, with room for the
- * target behind a joint's last column. 64 instants: together 14 KiB, for the stack of a controller. */
+/* Many instants at once: where a motion stands, and its rows, column after column, with room for
+ * the target behind a joint's last column. With 64 instants the rows take 10 KiB: for the stack of
+ * a controller. */
 #define TL_PIECE 64
 typedef struct tl_piece {
-  double q[TL_MAX_JOINTS][TL_PIECE], v[TL_MAX_JOINTS][TL_PIECE], a[TL_MAX_JOINTS][TL_PIECE];
-  double slip[TL_MAX_JOINTS][TL_PIECE];
+  const double *q[TL_MAX_JOINTS], *v[TL_MAX_JOINTS], *a[TL_MAX_JOINTS], *slip[TL_MAX_JOINTS];
 } tl_piece;
 typedef struct tl_piece_rows {
   double column[TL_MAX_JOINTS][TL_MAX_ROW + 1][TL_PIECE];
   double known[TL_MAX_JOINTS][TL_PIECE];
 } tl_piece_rows;
 
-/* slip of n <= TL_PIECE instants as tl_slip_from_velocity says */
-void tl_piece_slip(const tl_model *m, size_t n, tl_piece *piece);
+/* slip of n instants as tl_slip_from_velocity says, (n) for each joint of the plant */
+void tl_piece_slip(const tl_model *m, const double *const v[TL_MAX_JOINTS], size_t n,
+                   double slip[TL_MAX_JOINTS][TL_PIECE]);
 /* rows of n <= TL_PIECE instants, the same bits as tl_leg_regressor's */
 void tl_leg_piece(const tl_model *restrict m, const tl_piece *restrict s, size_t n, tl_piece_rows *restrict rows);
 

@@ -115,7 +115,7 @@ static void regressor_rows(const tl_regression *r, const tl_block *block, tl_reg
 /* Through a short stop the torque stays continuous while inertia and friction jump against
  * each other; so the whole row passes from the last moving sample to the next, slowly at first:
  * coming to rest the torque is flat, leaving rest it is not. */
-static void bridge(const tl_stop *s, const double *t_s, double *column) {
+void tl_bridge_stop(const tl_stop *s, const double *t_s, double *column) {
   size_t i;
 
   for (i = s->before + 1; i < s->after; i++) {
@@ -135,7 +135,7 @@ static void bridge_stops(const tl_regression_space *space, const double *t_s, in
     if (s->before == TL_NO_ROW || s->after == TL_NO_ROW || t_s[s->after] - t_s[s->before] > TL_BRIDGE_S)
       continue;
     for (c = 0; c <= space->rows[joint].columns; c++)
-      bridge(s, t_s, space->raw[joint] + (size_t)c * space->capacity);
+      tl_bridge_stop(s, t_s, space->raw[joint] + (size_t)c * space->capacity);
   }
 }
 

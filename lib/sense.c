@@ -132,6 +132,7 @@ tl_status tl_sense(const tl_model *m, const tl_layout *layout, int joint, const 
   if (!x || !(step_s > 0.0)) return TL_ERR_ARGUMENT;
   if (sample->n < 30) return TL_ERR_TOO_SHORT;
   if (work_n < tl_sense_workspace(sample->n)) return TL_ERR_WORKSPACE;
+  out->across = 0;
   out->window = default_window(angle, score->lowpass_hz, step_s);
   status = residual_noise(&out->window, sample, x, step_s, work, work_n, &out->noise);
   if (status != TL_OK) return status;

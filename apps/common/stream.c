@@ -144,7 +144,10 @@ static int sense_joint(struct stream *s, int joint, const tl_window *window, str
   free(work);
   if (result == 0 && status != TL_OK)
     result = app_fail(error, APP_FAILED, "%s: %s", recording_path(s->recording), tl_status_text(status));
-  if (window) r->sensing[joint].window = *window;
+  if (window) {
+    r->sensing[joint].window = *window;
+    r->sensing[joint].across = 1;
+  }
   return result;
 }
 

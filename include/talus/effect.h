@@ -35,7 +35,7 @@ typedef struct tl_effect_instant {
   double q, v;            /* the joint's angle and speed [rad], [rad/s]; slider [m], [m/s] */
   double slip;            /* direction of friction, [-1, 1] */
   double load_Nm;         /* torque that the joint delivers to inertia and gravity, without friction */
-  double motor_Nm;        /* motor torque that the plain model asks for */
+  double motor_Nm;        /* motor torque: what the plain model asks for, and the mechanical effects */
   double motor_rad;       /* motor angle */
   double ratio;           /* d motor / d joint */
   double effort_Nm;       /* the drive's recorded torque where a sensor at the output was recorded, else 0 */
@@ -64,10 +64,12 @@ typedef struct tl_effect_kind {
   const char *meaning; /* one line */
   int places;          /* set of TL_EFFECT_AT_... */
   int acts;
+  int dry;               /* 1: adds friction that can hold a joint at rest */
   int needs_load_sensor; /* 1: only where a sensor at the output was recorded */
   int strengths, shapes;
   tl_effect_parameter parameter[TL_EFFECT_MAX_PARAMETERS]; /* strengths first, then shapes */
-  /* Per unit of each strength: torque at the joint [N m], and friction in the direction of slip. */
+  /* Per unit of each strength: torque at the joint [N m], and friction in the direction of slip. The
+   * torque of a mechanical kind does not depend on the load; its friction may. */
   void (*law)(const tl_effect_instant *now, const double *shape, double *torque, double *friction);
 } tl_effect_kind;
 
@@ -89,6 +91,13 @@ tl_effect tl_effect_typical(const tl_effect_kind *kind, int joint);
 /* TL_ERR_RANGE when a parameter leaves its range; TL_ERR_UNSUPPORTED where the kind cannot stand. */
 TL_CHECK tl_status tl_effect_check(const tl_effect *e, const tl_model *m);
 
+/* The part of an instant that needs no load: angle, speed, slip, motor side, time. The rest is 0. */
+void tl_effect_place_of(const tl_model *m, const tl_motion *motion, int joint, double t_s,
+                        tl_effect_instant *now);
+/* Change of gravity's torque at a joint per rad of tilt of the base [N m/rad]. */
+double tl_effect_tilt_of(const tl_model *m, const tl_motion *motion, int joint);
+/* Does the effect act at this joint? Those at the base act at every joint. */
+int tl_effect_at(const tl_effect *e, int joint);
 /* The instant of one joint from the plain model: load, motor torque, tilt and the rest. effort_Nm is the
  * drive's recorded torque at the joint where a sensor at the output was recorded: it then is the
  * load the gear carries. Nullable: effort_Nm. */

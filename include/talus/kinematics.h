@@ -52,6 +52,7 @@ TL_CHECK tl_status tl_layout_init(tl_layout *layout, const tl_model *m, uint32_t
 /* How one joint's angle is read, from its own data. */
 typedef struct tl_sensing {
   tl_window window;  /* of the reconstruction: order 5 over 1 / lowpass_hz unless chosen by the user */
+  int across;        /* 1: the window reaches across stops (a user's own window, such as the paper's) */
   double noise;      /* standard deviation of the recorded angle (or velocity), in its own units */
   double step;       /* its resolution, in its own units; 0 if none was seen */
   tl_window quick;   /* of the velocity that finds the stops: the shortest that tells standstill from noise */

@@ -98,6 +98,10 @@ TL_CHECK tl_status tl_regression_block(const tl_regression *r, const tl_block *b
 /* After either: what the model with these base parameters predicts at row i of the block for `joint`. */
 double tl_regression_predict(const tl_regression_space *space, int joint, const double *base, size_t i);
 
+/* A column of a joint's torque through one of its short stops: from the last moving row to the next
+ * with the square of the time passed (docs/signal.md). Rows count as the stop's do. */
+void tl_bridge_stop(const tl_stop *stop, const double *t_s, double *column);
+
 /* Fold the scored rows into the joint's factor (of rows->columns columns), weight[k] on
  * row k. Uses the caller's scratch of (columns + 1) * n doubles. Nullable: weight (all 1). */
 void tl_rows_fold(const tl_rows *rows, const double *weight, double *scratch, tl_factor *factor);

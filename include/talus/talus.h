@@ -59,9 +59,11 @@
 #include "talus/regression.h"
 
 /* the bench twin */
+#include "talus/arena.h"
 #include "talus/bench.h"
 #include "talus/effect.h"
 #include "talus/excitation.h"
+#include "talus/gap.h"
 #include "talus/simulate.h"
 
 #endif

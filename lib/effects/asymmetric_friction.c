@@ -17,6 +17,7 @@ const tl_effect_kind tl_effect_asymmetric_friction = {
     .meaning = "Coulomb or viscous friction that differs between the two directions",
     .places = TL_EFFECT_AT_JOINTS,
     .acts = TL_EFFECT_MECHANICAL,
+    .dry = 1,
     .needs_load_sensor = 0,
     .strengths = 2,
     .shapes = 0,

@@ -18,6 +18,7 @@ const tl_effect_kind tl_effect_directional_efficiency = {
     .meaning = "losses in proportion to power that differ between driving and back-driving",
     .places = TL_EFFECT_AT_JOINTS,
     .acts = TL_EFFECT_MECHANICAL,
+    .dry = 1,
     .needs_load_sensor = 0,
     .strengths = 2,
     .shapes = 0,

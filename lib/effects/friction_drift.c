@@ -17,6 +17,7 @@ const tl_effect_kind tl_effect_friction_drift = {
     .meaning = "friction that changes over the recording, as a gear warms up",
     .places = TL_EFFECT_AT_JOINTS,
     .acts = TL_EFFECT_MECHANICAL,
+    .dry = 1,
     .needs_load_sensor = 0,
     .strengths = 2,
     .shapes = 1,

@@ -14,6 +14,7 @@ const tl_effect_kind tl_effect_load_friction = {
     .meaning = "friction that grows with the torque the gear carries",
     .places = TL_EFFECT_AT_JOINTS,
     .acts = TL_EFFECT_MECHANICAL,
+    .dry = 1,
     .needs_load_sensor = 0,
     .strengths = 1,
     .shapes = 0,

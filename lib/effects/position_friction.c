@@ -13,6 +13,7 @@ const tl_effect_kind tl_effect_position_friction = {
     .meaning = "friction that depends on the joint's angle",
     .places = TL_EFFECT_AT_JOINTS,
     .acts = TL_EFFECT_MECHANICAL,
+    .dry = 1,
     .needs_load_sensor = 0,
     .strengths = 2,
     .shapes = 0,

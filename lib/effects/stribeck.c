@@ -15,6 +15,7 @@ const tl_effect_kind tl_effect_stribeck = {
     .meaning = "friction that is higher near standstill and falls with speed to Coulomb's",
     .places = TL_EFFECT_AT_JOINTS,
     .acts = TL_EFFECT_MECHANICAL,
+    .dry = 1,
     .needs_load_sensor = 0,
     .strengths = 1,
     .shapes = 2,

@@ -57,6 +57,7 @@ class Ours:
         self.settings = ffi.new("tl_identify_settings *", lib.tl_identify_defaults())
         self.settings.weighting = lib.TL_WEIGHT_EQUAL
         self.settings.swarm.particles, self.settings.swarm.iterations = PARTICLES, iterations
+        self.settings.swarm.tolerance = 0.0  # every one of the evaluations, as the peers do
         self.problem = ffi.new("tl_problem *")
         self.factor = ffi.new("tl_factor[]", 2)
         self.best, self.evaluations = numpy.empty(10), ffi.new("uint64_t *")

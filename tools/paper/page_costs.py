@@ -189,7 +189,7 @@ SETTING_NAMES = {
     "weights": "equal weights, (16) as printed",
     "paper_window": "order {order} over {length} s, as printed: across reversals",
     "paper_window_weights": "… and equal weights",
-    "window": "<code>--window {order},{length}</code>: never across a stop",
+    "window": "<code>--window {order},{length}</code> of the command: across stops too",
     "printed": "default, on (14) with its printed phases",
 }
 
@@ -228,8 +228,7 @@ def _settings_text(s):
         f" {number(smooth['knee']['rms_Nm'] / default['knee']['rms_Nm'], 2)}-fold at the knee and"
         f" {number(smooth['ankle']['rms_Nm'] / default['ankle']['rms_Nm'], 2)}-fold at the ankle. The default"
         f" is order {order} over {number(1e3 * seconds, 2)} ms, chosen from the data, and never reaches"
-        " across a stop; held to that rule, the paper’s order is far too high for the short pieces between"
-        " stops. Equal weights let the knee’s larger noise drown what the ankle knows of the foot: the"
+        " across a stop; a window set by hand does, as the paper’s. Equal weights let the knee’s larger noise drown what the ankle knows of the foot: the"
         f" standard deviation of its moment grows {number(ratio['foot_moment'], 2)}-fold, that of its inertia"
         f" {number(ratio['foot_inertia'], 2)}-fold."
     )

@@ -1,7 +1,6 @@
 """The paper's smoothing as it prints it: one window that slides over everything, reversals too.
 
-`talus-identify --window 20,1` takes the same order and length, but lets no window reach across a stop of its
-joint.
+`talus-identify --window 20,1` does the same; here it is done beside the programs, as a check of them.
 """
 
 import numpy

@@ -20,10 +20,14 @@ from ._arrays import pointer
 from ._library import TalusError, check, constants, ffi, lib
 from .identification import Fit, Recording, Regression, identify, predict
 from .model import Model, score_settings
+from .page import Page
+from .scoring import Panel, measured, panels, score
 
 __all__ = [
     "Fit",
     "Model",
+    "Page",
+    "Panel",
     "Recording",
     "Regression",
     "TalusError",
@@ -32,7 +36,10 @@ __all__ = [
     "ffi",
     "identify",
     "lib",
+    "measured",
+    "panels",
     "pointer",
     "predict",
+    "score",
     "score_settings",
 ]

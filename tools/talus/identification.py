@@ -88,6 +88,7 @@ class Regression:
                            self.recording.step_s, self.recording.block(begin, end), pointer(work), len(work), sensing))
         if window:
             sensing.window.order, sensing.window.length_s = window
+            sensing.across = 1
 
     def sensing(self, joint=0):
         """How the joint's angle is read: dict of order, window_s, quick_s, noise, step, standstill."""

@@ -1,0 +1,83 @@
+"""A report as one HTML page that needs nothing besides itself: the programs' own template, from Python.
+
+    page = talus.Page("Prediction of unseen.csv", "The model explains the knee to 1.8 %.")
+    page.table("RMS residual", ["joint", "as given", "identified"], [["knee", "4.9 mNm", "1.0 mNm"]])
+    page.chart("knee", "time [s]", "torque [Nm]", [("measured", "measured", t, measured)],
+               below=("residual [Nm]", [("identified", "residual", t, residual)]))
+    page.write("unseen.html")
+
+A series is (name, role, x, y), NaN in y is a gap; the role decides the colour: measured, predicted, residual,
+nominal, identified, extended, noise, accent.
+"""
+
+import json
+import math
+from html import escape
+from pathlib import Path
+
+_ASSETS = Path(__file__).resolve().parents[2] / "apps" / "common" / "assets"
+_CHART_LIBRARY = [Path("/usr/share/javascript/chart.js") / name for name in ("chart.min.js", "Chart.min.js")]
+
+
+class Page:
+    """Parts in the order in which they are added; texts are plain text and are escaped here."""
+
+    def __init__(self, title, sentence):
+        self.title = title
+        self._body = [f"<h1>{escape(title)}</h1>\n", f'<p class="lead">{escape(sentence)}</p>\n']
+        self._charts = []
+
+    def heading(self, text):
+        self._body.append(f"<h2>{escape(text)}</h2>\n")
+
+    def paragraph(self, text):
+        self._body.append(f"<p>{escape(text)}</p>\n")
+
+    def table(self, caption, columns, rows):
+        """A table whose first column names the rows."""
+        head = "".join(f'<th scope="col">{escape(text)}</th>' for text in columns)
+        body = "".join(
+            f'<tr><th scope="row">{escape(first)}</th>' + "".join(f"<td>{escape(text)}</td>" for text in rest) + "</tr>\n"
+            for first, *rest in rows
+        )
+        self._body.append(f'<div class="wide"><table>\n<caption>{escape(caption)}</caption>\n<thead><tr>{head}</tr>'
+                          f"</thead>\n<tbody>\n{body}</tbody></table></div>\n")  # fmt: skip
+
+    def chart(self, title, x_label, y_label, series, below=None):
+        """Lines over x; `below` is (y label, series) of a lower chart on the same x axis."""
+        chart = self._chart(title, x_label, y_label, series)
+        plots = [("tall joined" if below else "lines", y_label)]
+        if below:
+            chart["below"] = self._chart(title, x_label, *below)
+            plots.append(("low", below[0]))
+        self._charts.append(chart)
+        canvases = "".join(
+            f'<div class="plot {height}"><canvas role="img" aria-label="{escape(f"{title}: {label}")}"></canvas></div>\n'
+            for height, label in plots
+        )
+        self._body.append(f"<figure>\n<figcaption>{escape(title)}</figcaption>\n{canvases}</figure>\n")
+
+    @staticmethod
+    def _chart(title, x_label, y_label, series):
+        number = lambda x: None if math.isnan(x) else float(f"{x:.9g}")  # noqa: E731
+        lines = [{"name": name, "role": role, "t": [number(value) for value in x], "y": [number(value) for value in y]}
+                 for name, role, x, y in series]  # fmt: skip
+        return {"form": "lines", "title": title, "x": x_label, "y": y_label, "series": lines}
+
+    def write(self, path):
+        """Writes the page; `tools/setup build` installs the chart library that it carries."""
+        library = next((file for file in _CHART_LIBRARY if file.exists()), None)
+        if library is None:
+            raise FileNotFoundError(f"{_CHART_LIBRARY[0]} is not there; run tools/setup build")
+        places = {
+            "title": escape(self.title),
+            "style": (_ASSETS / "page.css").read_text(encoding="utf-8"),
+            "body": "".join(self._body),
+            "data": json.dumps(self._charts, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c"),
+            "library": library.read_text(encoding="utf-8"),
+            "script": (_ASSETS / "page.js").read_text(encoding="utf-8"),
+        }
+        text = (_ASSETS / "page.html").read_text(encoding="utf-8")
+        pieces = text.split("{{")
+        filled = pieces[0] + "".join(places[place] + rest for place, rest in (p.split("}}", 1) for p in pieces[1:]))
+        Path(path).write_text(filled, encoding="utf-8")

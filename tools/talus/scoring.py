@@ -1,0 +1,82 @@
+"""How far a prediction is off, by the library's one scoring rule, and what there is to draw of it.
+
+    unseen = talus.Recording.read("unseen.csv")
+    talus.score(model, unseen, talus.predict(model, unseen))["knee"]["relative_percent"]
+"""
+
+from dataclasses import dataclass
+
+import numpy
+
+from ._arrays import pointer
+from ._library import check, ffi, lib
+from .identification import Regression, channels
+
+
+def measured(model, recording):
+    """What the recording shows of each joint, (joints, n): torque constant x current [Nm], torque [Nm], force
+    [N], or the load sensor's torque [Nm] where there is one."""
+    layout = Regression(model, recording).struct.layout
+    name = {number: column for column, number in channels().items()}
+    if layout.load != lib.TL_CHANNEL_COUNT:
+        return recording.columns[name[layout.load]][None, :].copy()
+    return numpy.array(
+        [layout.effort_scale[j] * recording.columns[name[layout.effort[j]]] for j in range(len(model.joints))]
+    )
+
+
+def score(model, recording, predicted):
+    """The error of `predicted`, (joints, n) at the recording's rows, for each joint: a dict with rms,
+    measured_rms, relative_percent, reversal_rms (near standstill), samples and samples_left_out."""
+    shown, speed = measured(model, recording), numpy.nan_to_num(Regression(model, recording).motion()["speed"])
+    valid = None if recording.valid is None else (recording.valid != 0).astype(numpy.uint8)
+    work, result = numpy.empty(lib.tl_score_workspace(len(recording.t))), ffi.new("tl_score_result *")
+    out = {}
+    for j, joint in enumerate(model.joints):
+        rows = [numpy.ascontiguousarray(x[j], dtype=float) for x in (shown, predicted, speed)]
+        check(lib.tl_score(recording.score, pointer(recording.t), pointer(valid), *map(pointer, rows),
+                           len(recording.t), pointer(work), len(work), result))  # fmt: skip
+        out[joint] = {"rms": result.residual_rms, "measured_rms": result.measured_rms,
+                      "relative_percent": result.relative_percent, "reversal_rms": result.reversal_rms,
+                      "samples": result.scored, "samples_left_out": result.left_out}  # fmt: skip
+    return out
+
+
+@dataclass
+class Panel:
+    """One joint over time as the score sees it (even grid, low-pass): what was measured, what each model
+    predicts, and which instants are scored. NaN parts segments."""
+
+    joint: str
+    t: numpy.ndarray
+    measured: numpy.ndarray
+    predicted: dict
+    scored: numpy.ndarray
+
+    def residual(self, name):
+        """Measured - predicted where it is scored, NaN elsewhere."""
+        return numpy.where(self.scored, self.measured - self.predicted[name], numpy.nan)
+
+
+def panels(models, recording):
+    """A Panel for each joint; `models` maps names to models that differ in what is identified only."""
+    first = next(iter(models.values()))
+    rows = Regression(first, recording).rows()
+    base = {name: numpy.array(list(model.base.values())) for name, model in models.items()}
+    out = []
+    for joint, parts in zip(first.joints, rows, strict=True):
+        pieces = [_piece(part, base) for part in parts]
+        t, shown, scored = (numpy.concatenate([piece[k] for piece in pieces]) for k in range(3))
+        predicted = {name: numpy.concatenate([piece[3][name] for piece in pieces]) for name in models}
+        out.append(Panel(joint, t, shown, predicted, scored.astype(bool)))
+    return out
+
+
+def _piece(part, base):
+    """One segment, and a row of nothing behind it."""
+    end = lambda x: numpy.append(x, numpy.nan)  # noqa: E731
+    predicted = {
+        name: end(part.measured - part.target + part.x @ values[part.index]) for name, values in base.items()
+    }
+    scored = numpy.append(part.kind == lib.TL_ROW_SCORED, False)
+    return numpy.append(part.t, part.t[-1] if len(part.t) else 0.0), end(part.measured), scored, predicted
