@@ -320,7 +320,7 @@ paper:
 bench:
 	@tools/setup bench
 	$(again) all test-programs
-	$(Q)$(run_env) tools/bench/run
+	$(Q)$(run_env) tools/bench/run $(BENCH)
 
 # ---- install ----------------------------------------------------------------
 
@@ -384,7 +384,7 @@ help:
 	@echo 'make check-san     tests under the address and undefined-behaviour sanitizers'
 	@echo 'make check-long    the long tests'
 	@echo 'make paper         reproduce the source paper on one page'
-	@echo 'make bench         compare speed with peers (installs them)'
+	@echo 'make bench         compare speed with peers (installs them); BENCH=signals: one of them'
 	@echo 'make deps          install what is missing: apt packages, .venv'
 	@echo 'make install       DESTDIR, PREFIX ($(PREFIX)); make uninstall'
 	@echo 'make lint format compile_commands.json clean'

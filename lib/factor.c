@@ -50,6 +50,38 @@ static void subtract_scaled(double *restrict y, const double *restrict x, double
   }
 }
 
+/* y <- y - scale x, and dot(with, y) of the result: one pass over y instead of two */
+static double subtract_and_dot(double *restrict y, const double *restrict x, double scale,
+                               const double *restrict with, size_t n) {
+  double s0 = 0.0, s1 = 0.0, s2 = 0.0, s3 = 0.0;
+  size_t i = 0;
+  for (; i + 4 <= n; i += 4) {
+    double y0 = y[i] - scale * x[i], y1 = y[i + 1] - scale * x[i + 1];
+    double y2 = y[i + 2] - scale * x[i + 2], y3 = y[i + 3] - scale * x[i + 3];
+    y[i] = y0;
+    y[i + 1] = y1;
+    y[i + 2] = y2;
+    y[i + 3] = y3;
+    s0 += with[i] * y0;
+    s1 += with[i + 1] * y1;
+    s2 += with[i + 2] * y2;
+    s3 += with[i + 3] * y3;
+  }
+  for (; i < n; i++) {
+    y[i] -= scale * x[i];
+    s0 += with[i] * y[i];
+  }
+  return (s0 + s2) + (s1 + s3);
+}
+
+/* products of column k of the block with itself and all that follow */
+static void dot_all(const tl_factor *f, int k, const double *block, size_t n, size_t stride,
+                    double *product) {
+  for (int j = k; j <= f->columns; j++) {
+    product[j] = dot(block + (size_t)k * stride, block + (size_t)j * stride, n);
+  }
+}
+
 /* Annihilate column k of the block against r_kk by one Householder reflection
  * of row k of R and the n new rows; rows of R below k are 0 in this column and
  * stay as they are. With x the block's column, alpha = r_kk >= 0 and
@@ -58,30 +90,38 @@ static void subtract_scaled(double *restrict y, const double *restrict x, double
  *
  *     r_kj <- rho = (alpha r_kj + x . y_j) / norm
  *     y_j  <- y_j - x (r_kj + rho) / (alpha + norm)
- */
-static void reflect_column(tl_factor *f, int k, double *block, size_t n, size_t stride) {
-  double *r = row_of(f, k);
-  double *x = block + (size_t)k * stride;
-  double alpha = r[k];
-  double norm_squared = alpha * alpha + dot(x, x, n);
-  if (norm_squared == 0.0) {
+ *
+ * product[j] comes in as x . y_j and goes out as the same for column k + 1. */
+static void reflect_column(tl_factor *f, int k, double *block, size_t n, size_t stride, double *product) {
+  double *r = row_of(f, k), *x = block + (size_t)k * stride;
+  if (product[k] == 0.0) {
+    /* a column of zeros: nothing to annihilate */
+    dot_all(f, k + 1, block, n, stride, product);
     return;
   }
-  double norm = sqrt(norm_squared);
+  double alpha = r[k], norm = sqrt(alpha * alpha + product[k]);
+  double per_norm = 1.0 / norm, per_sum = 1.0 / (alpha + norm);
   r[k] = norm;
   for (int j = k + 1; j <= f->columns; j++) {
     double *y = block + (size_t)j * stride;
-    double rho = (alpha * r[j] + dot(x, y, n)) / norm;
-    subtract_scaled(y, x, (r[j] + rho) / (alpha + norm), n);
+    double rho = (alpha * r[j] + product[j]) * per_norm, scale = (r[j] + rho) * per_sum;
     r[j] = rho;
+    if (j == k + 1) {
+      subtract_scaled(y, x, scale, n);
+      product[j] = dot(y, y, n);
+    } else {
+      product[j] = subtract_and_dot(y, x, scale, x + stride, n);
+    }
   }
 }
 
 void tl_factor_add(tl_factor *f, double *rows_cm, size_t n, size_t stride) {
+  double product[TL_FACTOR_STRIDE];
   for (size_t first = 0; first < n; first += BLOCK_ROWS) {
     size_t count = n - first < BLOCK_ROWS ? n - first : BLOCK_ROWS;
+    dot_all(f, 0, rows_cm + first, count, stride, product);
     for (int k = 0; k <= f->columns; k++) {
-      reflect_column(f, k, rows_cm + first, count, stride);
+      reflect_column(f, k, rows_cm + first, count, stride, product);
     }
   }
   f->rows += n;

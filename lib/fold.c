@@ -23,9 +23,8 @@ static tl_piece piece_at(const motion *all, int joints, size_t first) {
 }
 
 /* rows of any plant, one instant after the other */
-static void put_rows(const tl_model *m, const tl_piece *piece, size_t n, tl_piece_rows *rows) {
+static void put_rows(const tl_model *m, const tl_piece *piece, int joints, size_t n, tl_piece_rows *rows) {
   double row[TL_MAX_JOINTS * TL_MAX_ROW], known[TL_MAX_JOINTS];
-  int joints = tl_joint_count(m);
 
   for (size_t i = 0; i < n; i++) {
     tl_motion now = {{0.0}, {0.0}, {0.0}, {0.0}};
@@ -58,7 +57,7 @@ static void fold_piece(const tl_model *m, const motion *all, size_t first, size_
   if (m->plant == TL_PLANT_LEG)
     tl_leg_piece(m, &piece, count, &rows);
   else
-    put_rows(m, &piece, count, &rows);
+    put_rows(m, &piece, joints, count, &rows);
   for (int j = 0; j < joints; j++) {
     const double *torque = all->torque + (size_t)j * all->n + first;
     double *target = rows.column[j][factor[j].columns];

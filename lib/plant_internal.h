@@ -41,7 +41,8 @@ typedef struct tl_piece_rows {
 void tl_piece_slip(const tl_model *m, const double *const v[TL_MAX_JOINTS], size_t n,
                    double slip[TL_MAX_JOINTS][TL_PIECE]);
 /* rows of n <= TL_PIECE instants, the same bits as tl_leg_regressor's */
-void tl_leg_piece(const tl_model *restrict m, const tl_piece *restrict s, size_t n, tl_piece_rows *restrict rows);
+void tl_leg_piece(const tl_model *restrict m, const tl_piece *restrict s, size_t n,
+                  tl_piece_rows *restrict rows);
 
 /* what is identified: names, places, bounds; base values and their derivatives */
 typedef struct tl_plant_table {

@@ -236,8 +236,8 @@ double tl_leg_potential(const tl_model *m, const double q[TL_MAX_JOINTS]) {
 /* ---- regressor ----------------------------------------------------------- */
 
 /* what stands before the base parameters, column c at [c * stride] */
-static inline void put_row(const tl_model *m, const leg_pose *p, const tl_motion *s, double *knee, double *ankle,
-                           size_t stride, double *knee_known) {
+static inline void put_row(const tl_model *m, const leg_pose *p, const tl_motion *s, double *knee,
+                           double *ankle, size_t stride, double *knee_known) {
   leg_factors f = factors_at(m, p, s);
   double per_knee = 1.0 / p->ratio[0], per_ankle = 1.0 / p->ratio[1];
 
@@ -273,7 +273,8 @@ typedef struct leg_angles {
   double sine[2][TL_PIECE], cosine[2][TL_PIECE], ratio[2][TL_PIECE], slope[2][TL_PIECE];
 } leg_angles;
 
-static void ratios_at(const tl_drive *d, const double *restrict q, size_t n, leg_angles *restrict at, int joint) {
+static void ratios_at(const tl_drive *d, const double *restrict q, size_t n, leg_angles *restrict at,
+                      int joint) {
   double *restrict ratio = at->ratio[joint], *restrict slope = at->slope[joint];
   const double *restrict sine = at->sine[joint], *restrict cosine = at->cosine[joint];
   size_t i;
@@ -301,7 +302,8 @@ static inline void put_instant(const tl_model *m, const tl_piece *s, const leg_a
   rows->known[1][i] = 0.0;
 }
 
-void tl_leg_piece(const tl_model *restrict m, const tl_piece *restrict s, size_t n, tl_piece_rows *restrict rows) {
+void tl_leg_piece(const tl_model *restrict m, const tl_piece *restrict s, size_t n,
+                  tl_piece_rows *restrict rows) {
   leg_angles at;
   size_t i;
   int j;
@@ -342,7 +344,7 @@ static void leg_base_at(const tl_model *m, const double *p, double *base) {
 }
 
 static void leg_base_jacobian(const tl_model *m, double *jacobian) {
-#define J(base, parameter) jacobian[(base) * PARAMETERS + (parameter)]
+#define J(base, parameter) jacobian[(base)*PARAMETERS + (parameter)]
   J(SHANK_INERTIA, P_SHANK_INERTIA) = 1.0;
   J(SHANK_INERTIA, P_SHANK_COM) = 2.0 * m->shank_mass_kg * m->shank_com_m;
   J(SHANK_INERTIA, P_MOTOR_COM) = 2.0 * m->ankle_motor_mass_kg * m->ankle_motor_com_m;

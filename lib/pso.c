@@ -191,7 +191,12 @@ static double clamp(double x, double low, double high) {
 /* A particle that would leave is mirrored into the bounds and stopped there.
  * (Left on the bound with no velocity, it would hold the swarm to that face.) */
 static void step_within(double *x, double *v, double low, double high) {
-  double width = high - low;
+  double width = high - low, free = *x + *v;
+  /* nearly always: nothing is in the way */
+  if (free >= low && free <= high && fabs(*v) <= width) {
+    *x = free;
+    return;
+  }
   double speed = clamp(*v, -width, width);
   double to = *x + speed;
   double mirrored = to < low ? low + (low - to) : to > high ? high - (to - high) : to;
@@ -199,14 +204,27 @@ static void step_within(double *x, double *v, double low, double high) {
   *x = clamp(mirrored, low, high);
 }
 
-static void fly(tl_pso *swarm, int particle, const weights *w, double *x, double *v) {
+/* what draws a particle: its own best, its lead's, and how hard in each dimension */
+typedef struct pull {
+  const double *own, *lead;
   double r1[TL_PSO_MAX_DIMENSIONS + 1], r2[TL_PSO_MAX_DIMENSIONS + 1];
-  size_t n = (size_t)swarm->dimensions;
-  const double *own = swarm->own + (size_t)particle * n;
-  const double *lead = swarm->own + (size_t)swarm->lead[particle] * n;
-  draw_move(swarm, particle, r1, r2);
+} pull;
+
+static void accelerate(const weights *w, const pull *p, size_t n, const double *x, double *restrict v) {
+  double inertia = w->inertia, to_own = w->own, to_lead = w->lead;
   for (size_t d = 0; d < n; d++) {
-    v[d] = w->inertia * v[d] + w->own * r1[d] * (own[d] - x[d]) + w->lead * r2[d] * (lead[d] - x[d]);
+    v[d] = inertia * v[d] + to_own * p->r1[d] * (p->own[d] - x[d]) + to_lead * p->r2[d] * (p->lead[d] - x[d]);
+  }
+}
+
+static void fly(tl_pso *swarm, int particle, const weights *w, double *x, double *v) {
+  size_t n = (size_t)swarm->dimensions;
+  pull p;
+  p.own = swarm->own + (size_t)particle * n;
+  p.lead = swarm->own + (size_t)swarm->lead[particle] * n;
+  draw_move(swarm, particle, p.r1, p.r2);
+  accelerate(w, &p, n, x, v);
+  for (size_t d = 0; d < n; d++) {
     step_within(&x[d], &v[d], swarm->lower[d], swarm->upper[d]);
   }
 }

@@ -428,7 +428,8 @@ def test_refusals():
         s = settings(**changes)
         memory = np.empty(100_000)
         swarm = ffi.new("tl_pso *")
-        n = lib.tl_pso_memory(ffi.addressof(settings()), 2) - less
+        standard = settings()  # addressof() does not keep it
+        n = lib.tl_pso_memory(ffi.addressof(standard), 2) - less
         return lib.tl_pso_init(
             swarm, ffi.addressof(s), dimensions, pointer(lower), pointer(upper), pointer(memory), n
         )

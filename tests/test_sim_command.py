@@ -5,7 +5,6 @@ import gzip
 import json
 import os
 import re
-import shlex
 import subprocess
 
 import numpy as np
@@ -279,22 +278,3 @@ def test_help_and_version():
     for option in ("--model", "--out", "--excitation", "--fit", "--limits", "--seed"):
         assert option in text
     assert re.fullmatch(r"talus-sim \d+\.\d+\.\d+\n", run("talus-sim", "--version").stdout)
-
-
-# ---- the page ---------------------------------------------------------------------------
-
-
-def test_examples_of_the_page(tmp_path):
-    page = (REPOSITORY / "docs" / "talus-sim.md").read_text()
-    commands = re.findall(r"^    (?:\$ )?(talus-sim --.*)$", page, re.MULTILINE)
-    assert len(commands) == 4
-    (tmp_path / "models").symlink_to(REPOSITORY / "models")
-    for command in commands:
-        status = 2 if "--speed 3" in command else 0
-        done = run(*shlex.split(command), cwd=tmp_path, status=status)
-        if status:
-            shown = re.search(r"^    (talus-sim: the excitation breaks.*); \.\.\.$", page, re.MULTILINE)[1]
-            assert done.stderr.startswith(shown)
-    made = {path.name for path in tmp_path.iterdir()} - {"models"}
-    assert made == {"walk.csv.gz", "walk.json", "unseen.csv.gz", "paper.csv"}
-    assert '"scaled_speed": 1.0' in (tmp_path / "walk.json").read_text()

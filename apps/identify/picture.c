@@ -95,13 +95,12 @@ static void parameter_table(struct page *page, const struct report_input *in) {
 }
 
 static void null_space_paragraphs(struct page *page, const struct report_input *in) {
-  char text[REPORT_TEXT + 20];
+  char names[REPORT_TEXT], text[REPORT_TEXT + 32];
   unsigned told = 0;
 
   for (int k = 0; k < in->fit->result.null_count; k++) {
-    size_t used = (size_t)snprintf(text, sizeof text, "Not identifiable: ");
-    if (!report_null_text(in, k, &told, text + used, REPORT_TEXT)) continue;
-    strcat(text, ".");
+    if (!report_null_text(in, k, &told, names, sizeof names)) continue;
+    snprintf(text, sizeof text, "Not identifiable: %s.", names);
     page_paragraph(page, text);
   }
 }

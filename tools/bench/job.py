@@ -9,8 +9,7 @@ from dataclasses import dataclass
 import numpy
 import numpy_leg
 from measure import Comparison, Outcome, alternate
-from talus import check, ffi, lib, pointer
-from talus.model import Model
+from talus import Model, check, constants, ffi, lib, pointer
 
 SAMPLES, PARTICLES, ITERATIONS = 72_000, 40, 500
 RATE_HZ, NOISE_NM = 200.0, (5e-4, 1.2e-4)
@@ -66,7 +65,7 @@ class Ours:
 
     def fold(self):
         """Samples -> rows -> factors -> the swarm's problem."""
-        m, d, index = self.model.struct, self.data, ffi.new("int[]", 8)
+        m, d, index = self.model.struct, self.data, ffi.new("int[]", constants.TL_MAX_ROW)
         for joint in range(2):
             check(lib.tl_factor_init(self.factor + joint, lib.tl_row_index(m, joint, index)))
         check(lib.tl_regressor_fold(m, d.q.shape[1], pointer(d.q), pointer(d.v), pointer(d.a), ffi.NULL,
@@ -85,7 +84,7 @@ class Ours:
 
     def triangle(self):
         """The factor over all nine base parameters and the right-hand side, (10, 10)."""
-        stride = lib_stride()
+        stride = constants.TL_FACTOR_STRIDE
         r = numpy.frombuffer(ffi.buffer(self.problem.factor.r)).reshape(stride, stride)
         return numpy.ascontiguousarray(numpy.triu(r[:10, :10]))
 
@@ -95,20 +94,15 @@ class Ours:
 
     def cost(self, x):
         """(16) at parameters x: the library counts each joint's rows, (16) each instant."""
-        return 2.0 * lib.tl_identify_cost(pointer(numpy.ascontiguousarray(x)), self.problem)
+        b = numpy.empty(9)
+        lib.tl_base_at(self.model.struct, pointer(numpy.ascontiguousarray(x)), pointer(b))
+        return 2.0 * lib.tl_factor_cost(ffi.addressof(self.problem, "factor"), pointer(b)) / self.problem.factor.rows
 
     def least_squares(self):
         """Base parameters by linear least squares from the factor."""
         b = numpy.empty(9)
         check(lib.tl_factor_solve(ffi.addressof(self.problem, "factor"), 1e-12, pointer(b), ffi.NULL))
         return b
-
-
-def lib_stride():
-    """TL_FACTOR_STRIDE."""
-    from talus import constants
-
-    return constants.TL_FACTOR_STRIDE
 
 
 def pyswarms_run(cost, bounds, iterations):
@@ -161,15 +155,15 @@ def bench(size):
     motion, bounds = (data.q, data.v, data.a, data.torque), ours.bounds()
     cost_gap, solution_gap = agreement(ours, data, random_particles(bounds))
 
-    part = size.scaled(5, 2)  # of pyswarms' iterations on the samples
+    part = size.scaled(10, 2)  # of pyswarms' iterations on the samples
     slow = alternate(
-        size.scaled(3, 1),
+        size.scaled(7, 1),
         ours=ours.whole,
         broadcast=pyswarms_run(numpy_leg.swarm_cost(*motion), bounds, part),
         prepared=pyswarms_run(numpy_leg.prepared_cost(*motion), bounds, part),
     )
     quick = alternate(
-        size.scaled(15, 2),
+        size.scaled(25, 2),
         fold=ours.fold,
         swarm=ours.swarm,
         factor=pyswarms_run(numpy_leg.factor_cost(ours.triangle(), samples), bounds, iterations),

@@ -36,7 +36,8 @@ static int add_rows(struct recording *r, double sum[TL_CHANNEL_COUNT], struct ap
   return 0;
 }
 
-static void print(const struct recording *r, const double sum[TL_CHANNEL_COUNT], double wall_s, double cpu_s) {
+static void print(const struct recording *r, const double sum[TL_CHANNEL_COUNT], double wall_s,
+                  double cpu_s) {
   printf("{\"rows\": %zu, \"wall_s\": %.9f, \"cpu_s\": %.9f, \"sum\": {", recording_rows(r), wall_s, cpu_s);
   const char *comma = "";
   for (int c = 0; c < TL_CHANNEL_COUNT; c++) {
@@ -60,7 +61,8 @@ int main(int argc, char **argv) {
   struct recording *r = recording_open(argv[2], plant, &error);
   if (!r) return app_exit(&error);
   const int result = add_rows(r, sum, &error);
-  if (result == 0) print(r, sum, seconds(CLOCK_MONOTONIC) - wall_s, seconds(CLOCK_PROCESS_CPUTIME_ID) - cpu_s);
+  if (result == 0)
+    print(r, sum, seconds(CLOCK_MONOTONIC) - wall_s, seconds(CLOCK_PROCESS_CPUTIME_ID) - cpu_s);
   recording_close(r);
   return result == 0 ? APP_OK : app_exit(&error);
 }
