@@ -43,19 +43,11 @@ struct written {
   yaml_node_t *parameters;
 };
 
-static int read_name(struct yaml_file *yaml, yaml_node_t *node, const struct yaml_entry *entry, void *target,
-                     struct app_error *error) {
-  const char *text = yaml_text(yaml, node, error);
-  if (!text) return -1;
-  memcpy((char *)target + entry->offset, &text, sizeof text);
-  return 0;
-}
-
 static int read_effect(struct yaml_file *yaml, yaml_node_t *node, struct model_file *file,
                        struct app_error *error) {
   static const struct yaml_entry keys[] = {
-      {.key = "effect", .required = 1, .read = read_name, .offset = offsetof(struct written, effect)},
-      {.key = "joint", .required = 1, .read = read_name, .offset = offsetof(struct written, joint)},
+      {.key = "effect", .required = 1, .read = yaml_read_name, .offset = offsetof(struct written, effect)},
+      {.key = "joint", .required = 1, .read = yaml_read_name, .offset = offsetof(struct written, joint)},
       {.key = "parameters",
        .required = 1,
        .read = yaml_read_later,

@@ -25,14 +25,6 @@
 
 /* ---- what every plant may have ----------------------------------------------- */
 
-static int read_name(struct yaml_file *yaml, yaml_node_t *node, const struct yaml_entry *entry, void *target,
-                     struct app_error *error) {
-  const char *text = yaml_text(yaml, node, error);
-  if (!text) return -1;
-  memcpy((char *)target + entry->offset, &text, sizeof text);
-  return 0;
-}
-
 static int read_form(struct yaml_file *yaml, yaml_node_t *node, const struct yaml_entry *entry, void *target,
                      struct app_error *error) {
   struct model_draft *draft = target;
@@ -96,7 +88,7 @@ static int read_signal(struct yaml_file *yaml, yaml_node_t *node, const struct y
   }
 
 #define PLANT_KEY                                                                                            \
-  { .key = "plant", .required = 1, .read = read_name, .offset = offsetof(struct model_draft, plant) }
+  { .key = "plant", .required = 1, .read = yaml_read_name, .offset = offsetof(struct model_draft, plant) }
 
 /* ---- leg ----------------------------------------------------------------------- */
 

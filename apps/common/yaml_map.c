@@ -265,3 +265,11 @@ const char *yaml_text(struct yaml_file *file, const yaml_node_t *node, struct ap
   wrong_type(file, node, "a name", error);
   return NULL;
 }
+
+int yaml_read_name(struct yaml_file *file, yaml_node_t *node, const struct yaml_entry *entry, void *target,
+                   struct app_error *error) {
+  const char *text = yaml_text(file, node, error);
+  if (!text) return -1;
+  memcpy((char *)target + entry->offset, &text, sizeof text);
+  return 0;
+}

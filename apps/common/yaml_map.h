@@ -70,6 +70,10 @@ int yaml_read_section(struct yaml_file *file, yaml_node_t *node, const struct ya
 int yaml_read_later(struct yaml_file *file, yaml_node_t *node, const struct yaml_entry *entry, void *target,
                     struct app_error *error);
 
+/* For yaml_entry.read: a scalar's text (const char *), good while the file is open. */
+int yaml_read_name(struct yaml_file *file, yaml_node_t *node, const struct yaml_entry *entry, void *target,
+                   struct app_error *error);
+
 /* What a number in `range` must be, in words, when x is none; NULL when it is. */
 const char *yaml_range_fault(enum yaml_range range, double x);
 

@@ -2,7 +2,6 @@
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
-#include <string.h>
 
 #include "page.h"
 #include "report.h"
@@ -69,6 +68,7 @@ static void error_table(struct page *page, const struct report_input *in) {
     snprintf(cell[1], CELL, "%.4g %s", identified, report_unit(m));
     snprintf(cell[2], CELL, "%.2f %%", report_relative(e));
     snprintf(cell[3], CELL, "%.1f %%", nominal > 0.0 ? 100.0 * (1.0 - identified / nominal) : 0.0);
+    if (e->scored == 0) cells[1] = cells[2] = cells[3] = cells[4] = "nothing to score";
     page_table_row(page, cells);
   }
 }
@@ -130,12 +130,15 @@ static void charts(struct page *page, const struct picture *p, const struct repo
 
 static void first_sentence(char *text, size_t size, const struct report_input *in) {
   const tl_model *m = &in->prior->model;
-  int at = snprintf(text, size, "The identified model explains the measured torque to ");
+  int at = snprintf(text, size, "The identified model explains the measured torque to "), told = 0;
 
-  for (int j = 0; j < tl_joint_count(m) && at < (int)size; j++)
-    at += snprintf(text + at, size - (size_t)at, "%s%.1f %% at the %s", j ? " and " : "",
+  for (int j = 0; j < tl_joint_count(m) && at < (int)size; j++) {
+    if (in->fit->error[j].scored == 0) continue;
+    at += snprintf(text + at, size - (size_t)at, "%s%.1f %% at the %s", told++ ? " and " : "",
                    report_relative(&in->fit->error[j]), tl_joint_name(m, j));
+  }
   if (at < (int)size) snprintf(text + at, size - (size_t)at, ".");
+  if (!told) snprintf(text, size, "No joint moves enough in these recordings to be scored.");
 }
 
 int picture_write(const struct picture *picture, const char *path, const struct report_input *in,

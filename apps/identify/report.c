@@ -15,11 +15,11 @@ const char *report_unit(const tl_model *model) {
 }
 
 double report_rms(double sum_of_squares, size_t n) {
-  return n ? sqrt(sum_of_squares / (double)n) : 0.0;
+  return n ? sqrt(sum_of_squares / (double)n) : (double)NAN;
 }
 
 double report_relative(const struct fit_error *e) {
-  return e->measured > 0.0 ? 100.0 * sqrt(e->identified / e->measured) : 0.0;
+  return e->measured > 0.0 ? 100.0 * sqrt(e->identified / e->measured) : (double)NAN;
 }
 
 /* ---- JSON ------------------------------------------------------------------- */
