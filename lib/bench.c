@@ -4,6 +4,8 @@
 #include <math.h>
 #include <string.h>
 
+#include "acting.h"
+#include "effects/link.h"
 #include "talus/math.h"
 #include "talus/random.h"
 #include "transmission_internal.h"
@@ -53,6 +55,21 @@ static double rounded(double x, double step) {
   return step > 0.0 ? floor(x / step + 0.5) * step : x;
 }
 
+/* the plant that moves: the model, unless effects change its linkage */
+static const tl_model *plant_of(const tl_bench *b) {
+  return b->settings.effects ? &b->truth : b->model;
+}
+
+/* the angle that the drive's encoder shows */
+static double drive_reading(const tl_bench *b, int joint) {
+  const tl_effect_change *c = &b->change[joint];
+  double position = drive_position(plant_of(b), joint, b->simulation.motion.q), sine, cosine;
+
+  if (c->motor_sine_rad == 0.0 && c->motor_cosine_rad == 0.0) return position;
+  tl_sincos(position, &sine, &cosine);
+  return position + c->motor_sine_rad * sine + c->motor_cosine_rad * cosine;
+}
+
 /* where the excitation stands: a series runs while the bench settles, ramps wait */
 static void reference_at(const tl_bench *b, double t, tl_motion *reference) {
   double begin = b->excitation->kind == TL_EXCITATION_RAMPS ? b->settings.settle_s : 0.0;
@@ -70,7 +87,7 @@ static void control(tl_bench *b, double t) {
 
   reference_at(b, t, &reference);
   for (j = 0; j < tl_joint_count(b->model); j++) {
-    double seen = rounded(drive_position(b->model, j, b->simulation.motion.q), s->drive_step_rad[j]);
+    double seen = rounded(drive_reading(b, j), s->drive_step_rad[j]);
     double target = drive_position(b->model, j, reference.q);
     double target_velocity = drive_ratio(b->model, j, reference.q) * reference.v[j], current;
     b->velocity[j] += share * ((seen - b->position[j]) * s->control_hz - b->velocity[j]);
@@ -85,21 +102,55 @@ static void control(tl_bench *b, double t) {
 
 /* ---- sensors ----------------------------------------------------------------- */
 
-static void record_leg(const tl_bench *b, const double *q, const double *current, const double *camera,
+/* what the ankle's encoder shows at an angle */
+static double joint_reading(const tl_effect_change *c, double q) {
+  double sine, cosine;
+
+  if (c->joint_sine_rad == 0.0 && c->joint_cosine_rad == 0.0) return q;
+  tl_sincos(q, &sine, &cosine);
+  return q + c->joint_sine_rad * sine + c->joint_cosine_rad * cosine;
+}
+
+static void record_leg(const tl_bench *b, const double *current, const double *camera,
                        double row[TL_CHANNEL_COUNT]) {
   const tl_bench_settings *s = &b->settings;
+  tl_motion joints;
+  const double *q = joints.q;
 
-  row[TL_CHANNEL_KNEE_MOTOR] = rounded(drive_position(b->model, 0, q), s->drive_step_rad[0]);
-  row[TL_CHANNEL_ANKLE_MOTOR] = rounded(drive_position(b->model, 1, q), s->drive_step_rad[1]);
-  row[TL_CHANNEL_ANKLE_JOINT] = rounded(q[1], s->ankle_step_rad);
+  tl_simulation_joints(&b->simulation, &joints);
+  row[TL_CHANNEL_KNEE_MOTOR] = rounded(drive_reading(b, 0), s->drive_step_rad[0]);
+  row[TL_CHANNEL_ANKLE_MOTOR] = rounded(drive_reading(b, 1), s->drive_step_rad[1]);
+  row[TL_CHANNEL_ANKLE_JOINT] = rounded(joint_reading(&b->change[1], q[1]), s->ankle_step_rad);
   row[TL_CHANNEL_KNEE_CURRENT] = current[0];
   row[TL_CHANNEL_ANKLE_CURRENT] = current[1];
   row[TL_CHANNEL_SHANK] = q[0] + camera[0];
   row[TL_CHANNEL_FOOT] = q[0] + q[1] + camera[1];
+  if (!b->simulation.beyond.begun) return;
+  row[TL_CHANNEL_SHANK] += b->simulation.beyond.q[TL_MAX_JOINTS];
+  row[TL_CHANNEL_FOOT] += b->simulation.beyond.q[TL_MAX_JOINTS];
 }
 
-/* every sensor of the plant at an instant of the recording */
-static void record(const tl_bench *b, double t_s, double row[TL_CHANNEL_COUNT]) {
+/* What the drive's current shows beside the torque that it makes, over the torque of 1 A: the effects
+ * that act on measurements. They see the torque that really acts. */
+static double current_beside(const tl_bench *b, int joint) {
+  const tl_bench_settings *s = &b->settings;
+  const tl_motion *motion = &b->simulation.motion;
+  double sum = 0.0, torque, friction;
+  tl_effect_instant now;
+  int i;
+
+  for (i = 0; i < s->effects; i++) {
+    if (s->effect[i].kind->acts != TL_EFFECT_MEASURED || !tl_effect_at(&s->effect[i], joint)) continue;
+    tl_effect_instant_of(b->model, motion, joint, b->simulation.t_s - s->settle_s, NULL, &now);
+    now.motor_Nm = b->torque[joint] / (b->model->plant == TL_PLANT_LEG ? 1.0 : now.ratio);
+    tl_effect_law(&s->effect[i], &now, &torque, &friction);
+    sum += torque / (b->model->plant == TL_PLANT_LEG ? now.ratio : 1.0);
+  }
+  return sum != 0.0 ? sum / torque_per_current(b->model, joint, motion->q) : 0.0;
+}
+
+/* every sensor of the plant at an instant of the recording; shown: the currents without noise */
+static void record(const tl_bench *b, double t_s, const double *shown, double row[TL_CHANNEL_COUNT]) {
   const tl_bench_settings *s = &b->settings;
   const double *q = b->simulation.motion.q;
   double current[2], camera[2];
@@ -109,12 +160,12 @@ static void record(const tl_bench *b, double t_s, double row[TL_CHANNEL_COUNT]) 
   tl_random_normal2(s->seed, CURRENT_STREAM, b->sample, current);
   tl_random_normal2(s->seed, CAMERA_STREAM, b->sample, camera);
   for (j = 0; j < TL_MAX_JOINTS; j++) {
-    current[j] = b->current_A[j] + s->current_noise_A[j] * current[j];
+    current[j] = shown[j] + s->current_noise_A[j] * current[j];
     camera[j] *= s->camera_noise_rad;
   }
   row[TL_CHANNEL_TIME] = t_s;
   if (b->model->plant == TL_PLANT_LEG) {
-    record_leg(b, q, current, camera, row);
+    record_leg(b, current, camera, row);
   } else if (b->model->plant == TL_PLANT_PENDULUM) {
     row[TL_CHANNEL_JOINT] = rounded(q[0], s->drive_step_rad[0]);
     row[TL_CHANNEL_JOINT_CURRENT] = current[0];
@@ -157,24 +208,59 @@ static double sample_time(const tl_bench_settings *s, uint64_t k) {
 }
 
 static tl_status run_to(tl_bench *b, double t) {
-  return tl_simulate(b->model, tl_held_torque, b->torque, b->settings.step_s, &b->simulation, t);
+  return tl_simulate(plant_of(b), tl_held_torque, b->torque, b->settings.step_s, &b->simulation, t);
 }
 
-tl_status tl_bench_next(tl_bench *b, double row[TL_CHANNEL_COUNT]) {
-  double t_s = sample_time(&b->settings, b->sample), until = b->settings.settle_s + t_s, tick;
-  double measured[TL_CHANNEL_COUNT] = {0.0};
+/* currents that the drives show now */
+static double shown_now(const tl_bench *b, int joint) {
+  return b->current_A[joint] + (b->settings.effects ? current_beside(b, joint) : 0.0);
+}
+
+/* all ticks of the control up to an instant, and the plant to there */
+static tl_status run_ticks(tl_bench *b, double until) {
   tl_status status = TL_OK;
-  int channel;
+  double tick;
+  int j;
 
   while (status == TL_OK && (tick = (double)b->tick / b->settings.control_hz) <= until) {
     status = run_to(b, tick);
     if (status != TL_OK) break;
     control(b, tick);
+    for (j = 0; j < tl_joint_count(b->model) && b->settings.effects; j++)
+      b->shown_A[j][b->tick % TL_BENCH_TICKS] = shown_now(b, j);
     b->tick++;
   }
-  if (status == TL_OK) status = run_to(b, until);
+  return status == TL_OK ? run_to(b, until) : status;
+}
+
+/* a current sampled at another instant: from the last ticks, or from a bench that runs ahead */
+static tl_status shown_later(const tl_bench *b, int joint, double delay_s, double *shown) {
+  double tick = floor((b->simulation.t_s - delay_s) * b->settings.control_hz + 1e-9);
+  tl_bench ahead;
+  tl_status status;
+
+  if (delay_s >= 0.0) {
+    *shown = tick >= 0.0 ? b->shown_A[joint][(uint64_t)tick % TL_BENCH_TICKS] : 0.0;
+    return TL_OK;
+  }
+  ahead = *b;
+  status = run_ticks(&ahead, b->simulation.t_s - delay_s);
+  *shown = shown_now(&ahead, joint);
+  return status;
+}
+
+tl_status tl_bench_next(tl_bench *b, double row[TL_CHANNEL_COUNT]) {
+  double t_s = sample_time(&b->settings, b->sample), until = b->settings.settle_s + t_s;
+  double measured[TL_CHANNEL_COUNT] = {0.0}, shown[TL_MAX_JOINTS] = {0.0, 0.0};
+  tl_status status = run_ticks(b, until);
+  int channel, j;
+
+  for (j = 0; j < tl_joint_count(b->model) && status == TL_OK; j++) {
+    shown[j] = shown_now(b, j);
+    if (b->change[j].delay_s != 0.0) status = shown_later(b, j, b->change[j].delay_s, &shown[j]);
+  }
   if (status != TL_OK) return status;
-  record(b, t_s, measured);
+  record(b, t_s, shown, measured);
   for (channel = 0; channel < TL_CHANNEL_COUNT; channel++)
     row[channel] = b->settings.channels & TL_CHANNEL_BIT(channel) ? measured[channel] : (double)NAN;
   b->sample++;
@@ -203,6 +289,39 @@ static int in_range(const tl_bench_settings *s) {
   return is_between(s->step_s, 1e-6, 1.0);
 }
 
+/* can these effects act on this bench? */
+static tl_status check_effects(const tl_model *m, const tl_bench_settings *s) {
+  int i;
+
+  if (s->effects < 0 || (s->effects > 0 && !s->effect)) return TL_ERR_ARGUMENT;
+  for (i = 0; i < s->effects; i++) {
+    tl_status status = tl_effect_check(&s->effect[i], m);
+    if (status != TL_OK) return status;
+    if (s->effect[i].kind->needs_load_sensor || m->form == TL_FORM_PAPER) return TL_ERR_UNSUPPORTED;
+  }
+  return TL_OK;
+}
+
+/* the plant as effects leave it */
+static tl_status make_truth(tl_bench *b) {
+  const tl_bench_settings *s = &b->settings;
+  tl_status status = TL_OK;
+  tl_effect_change base;
+  int j;
+
+  base = tl_effects_change(s->effect, s->effects, TL_MAX_JOINTS);
+  if (base.base_compliance_rad_Nm > 0.0 && !(tl_acting_base_inertia(b->model, &base) > 0.0))
+    return TL_ERR_RANGE;
+  b->truth = *b->model;
+  for (j = 0; j < tl_joint_count(b->model) && status == TL_OK; j++) {
+    b->change[j] = tl_effects_change(s->effect, s->effects, j);
+    if (fabs(b->change[j].delay_s) * s->control_hz > TL_BENCH_TICKS - 2) return TL_ERR_RANGE;
+    status = tl_effect_change_linkage(&b->change[j], &b->model->drive[j].transmission,
+                                      &b->truth.drive[j].transmission);
+  }
+  return status;
+}
+
 tl_status tl_bench_init(tl_bench *b, const tl_model *m, const tl_excitation *e, const tl_bench_settings *s) {
   tl_bench made;
   tl_motion start;
@@ -212,18 +331,25 @@ tl_status tl_bench_init(tl_bench *b, const tl_model *m, const tl_excitation *e, 
   if (!b || !m || !e || !s || e->joints != tl_joint_count(m)) return TL_ERR_ARGUMENT;
   if (!in_range(s)) return TL_ERR_RANGE;
   if (s->channels & ~recordable(m)) return TL_ERR_UNSUPPORTED;
+  status = check_effects(m, s);
+  if (status != TL_OK) return status;
   memset(&made, 0, sizeof made);
   made.model = m;
   made.excitation = e;
   made.settings = *s;
   /* whole control periods, or samples would not lie amid two ticks and see the held current early */
   made.settings.settle_s = floor(s->settle_s * s->control_hz + 0.5) / s->control_hz;
+  if (s->effects) status = make_truth(&made);
+  if (status != TL_OK) return status;
   reference_at(&made, 0.0, &start);
   memset(start.v, 0, sizeof start.v);
   status = tl_simulation_init(&made.simulation, m, start.q, start.v);
   if (status != TL_OK) return status;
+  made.simulation.effect = s->effect;
+  made.simulation.effects = s->effects;
+  made.simulation.effects_begin_s = s->settle_s;
   for (j = 0; j < tl_joint_count(m); j++)
-    made.position[j] = rounded(drive_position(m, j, start.q), s->drive_step_rad[j]);
+    made.position[j] = rounded(drive_reading(&made, j), s->drive_step_rad[j]);
   *b = made;
   return TL_OK;
 }

@@ -4,7 +4,7 @@
 #include <math.h>
 #include <string.h>
 
-#include "effects/effects.h"
+#include "effects/along.h"
 #include "talus/transmission.h"
 
 static const tl_effect_kind *const table[] = {
@@ -23,6 +23,13 @@ static const tl_effect_kind *const table[] = {
     &tl_effect_parallel_spring,
     &tl_effect_torque_constant,
     &tl_effect_sensor_offset,
+    &tl_effect_delay,
+    &tl_effect_encoder_eccentricity,
+    &tl_effect_linkage_error,
+    &tl_effect_presliding,
+    &tl_effect_elasticity,
+    &tl_effect_backlash,
+    &tl_effect_base_compliance,
 };
 
 const tl_effect_kind *const *tl_effect_table(int *n) {
@@ -67,6 +74,8 @@ tl_effect tl_effect_typical(const tl_effect_kind *kind, int joint) {
 }
 
 tl_status tl_effect_check(const tl_effect *e, const tl_model *m) {
+  tl_effect_change change;
+  tl_transmission changed;
   int i;
 
   if (!e || !m || !e->kind) return TL_ERR_ARGUMENT;
@@ -74,7 +83,9 @@ tl_status tl_effect_check(const tl_effect *e, const tl_model *m) {
   for (i = 0; i < e->kind->strengths + e->kind->shapes; i++)
     if (!(e->value[i] >= e->kind->parameter[i].low && e->value[i] <= e->kind->parameter[i].high))
       return TL_ERR_RANGE;
-  return TL_OK;
+  if (!e->kind->change || e->joint == TL_MAX_JOINTS) return TL_OK;
+  change = tl_effects_change(e, 1, e->joint);
+  return tl_effect_change_linkage(&change, &m->drive[e->joint].transmission, &changed);
 }
 
 /* ratio of the joint's drive where its torque is the motor's; 1 where it is the joint's */
@@ -152,8 +163,9 @@ void tl_effect_law(const tl_effect *e, const tl_effect_instant *now, double *tor
   double t[TL_EFFECT_MAX_STRENGTHS], f[TL_EFFECT_MAX_STRENGTHS];
   int k;
 
-  e->kind->law(now, e->value + e->kind->strengths, t, f);
   *torque = *friction = 0.0;
+  if (!e->kind->law) return;
+  e->kind->law(now, e->value + e->kind->strengths, t, f);
   for (k = 0; k < e->kind->strengths; k++) {
     *torque += e->value[k] * t[k];
     *friction += e->value[k] * f[k];
@@ -165,6 +177,8 @@ void tl_effect_columns(const tl_effect_kind *kind, const double *shape, const tl
   double f[TL_EFFECT_MAX_STRENGTHS];
   int k;
 
+  for (k = 0; k < kind->strengths; k++) column[k] = 0.0;
+  if (!kind->law) return;
   kind->law(now, shape, column, f);
   for (k = 0; k < kind->strengths; k++) column[k] += f[k] * now->slip;
 }
@@ -200,4 +214,55 @@ double tl_effects_torque(const tl_effect *effect, int n, const tl_model *m, cons
   if (!effort_Nm) now.motor_Nm += sum / now.ratio;
   sum += sum_of(effect, n, joint, TL_EFFECT_MEASURED, &now);
   return sum / torque_ratio(m, joint, now.q);
+}
+
+/* ---- over a stretch -------------------------------------------------------------- */
+
+void tl_effect_columns_along(const tl_effect_kind *kind, int joint, const double *shape,
+                             const tl_effect_stretch *s, int shows, double *column) {
+  double at_once[TL_EFFECT_MAX_STRENGTHS];
+  tl_effect_instant now;
+  tl_motion motion;
+  size_t i;
+  int k, acts = shows < TL_MAX_JOINTS && (joint == shows || joint == TL_MAX_JOINTS);
+
+  if (kind->along) {
+    kind->along(s, joint, shape, shows, column);
+    return;
+  }
+  for (i = 0; i < s->n; i++) {
+    memset(at_once, 0, sizeof at_once);
+    if (acts) {
+      tl_along_motion(s, i, &motion);
+      tl_effect_instant_of(s->model, &motion, shows, s->t_s[i], s->effort_Nm ? &s->effort_Nm[i] : NULL, &now);
+      tl_effect_columns(kind, shape, &now, at_once);
+    }
+    for (k = 0; k < kind->strengths; k++) column[(size_t)k * s->n + i] = at_once[k];
+  }
+}
+
+tl_effect_change tl_effects_change(const tl_effect *effect, int n, int joint) {
+  tl_effect_change sum;
+  int i;
+
+  memset(&sum, 0, sizeof sum);
+  for (i = 0; i < n; i++)
+    if (effect[i].joint == joint && effect[i].kind->change) effect[i].kind->change(effect[i].value, &sum);
+  return sum;
+}
+
+void tl_effects_along(const tl_effect *effect, int n, const tl_effect_stretch *s, int joint, double *column,
+                      double *sum) {
+  size_t i;
+  int e, k;
+
+  for (e = 0; e < n; e++) {
+    const tl_effect_kind *kind = effect[e].kind;
+    if (!kind->along || kind->exact) continue;
+    kind->along(s, effect[e].joint, effect[e].value + kind->strengths, joint, column);
+    for (k = 0; k < kind->strengths; k++)
+      for (i = 0; i < s->n; i++)
+        sum[i] +=
+            effect[e].value[k] * column[(size_t)k * s->n + i] / torque_ratio(s->model, joint, s->q[joint][i]);
+  }
 }

@@ -4,6 +4,8 @@
 #include <math.h>
 #include <string.h>
 
+#include "effects/link.h"
+
 #define KNOWN(columns) (columns)        /* place of the known part in `raw` */
 #define EFFORT(columns) ((columns) + 1) /* and of what was measured */
 #define RAW_COLUMNS (TL_MAX_ROW + 2)
@@ -23,20 +25,54 @@ tl_status tl_regression_init(tl_regression *r, const tl_model *m, uint32_t recor
   return status == TL_OK ? tl_lowpass_init(&r->lowpass, score->order, score->lowpass_hz, step_s) : status;
 }
 
+tl_status tl_regression_set_effects(tl_regression *r, const tl_effect *effect, int effects, double begin_s) {
+  tl_transmission changed[TL_MAX_JOINTS];
+  tl_effect_change change[TL_MAX_JOINTS];
+  tl_status status;
+  int j;
+
+  for (j = 0; j < TL_MAX_JOINTS; j++) {
+    change[j] = tl_effects_change(effect, effects, j);
+    status = tl_effect_change_linkage(&change[j], &r->model.drive[j].transmission, &changed[j]);
+    if (status != TL_OK) return status;
+  }
+  for (j = 0; j < TL_MAX_JOINTS; j++) {
+    r->model.drive[j].transmission = changed[j];
+    r->delay_s[j] = change[j].delay_s;
+  }
+  r->effect = effect;
+  r->effects = effects;
+  r->begin_s = begin_s;
+  return TL_OK;
+}
+
 double tl_regression_margin_s(const tl_regression *r) {
   double filter_s = (double)(r->lowpass.settling + TL_LOWPASS_PAD) * r->step_s, window_s = 0.0;
+  double memory_s = 0.0;
   int j;
+
+  for (j = 0; j < r->effects; j++)
+    if (r->effect[j].kind->memory_s > memory_s) memory_s = r->effect[j].kind->memory_s;
 
   for (j = 0; j < tl_joint_count(&r->model); j++)
     if (r->sensing[j].window.length_s > window_s) window_s = r->sensing[j].window.length_s;
-  return filter_s + r->score.guard_s + 2.0 * window_s + 2.0 * TL_BRIDGE_S + TL_GAP_STEPS * r->step_s;
+  return filter_s + memory_s + r->score.guard_s + 2.0 * window_s + 2.0 * TL_BRIDGE_S +
+         TL_GAP_STEPS * r->step_s;
+}
+
+/* of the kinematics, or of the effects over a block: columns, their sum, and their own work */
+static size_t block_work(size_t capacity) {
+  size_t effects = (TL_EFFECT_MAX_STRENGTHS + 1) * capacity + tl_effect_stretch_work(capacity);
+  size_t kinematics = tl_kinematics_workspace(capacity);
+
+  return effects > kinematics ? effects : kinematics;
 }
 
 size_t tl_regression_memory(const tl_regression *r, size_t capacity, size_t grid) {
   size_t joints = (size_t)tl_joint_count(&r->model);
 
   return tl_track_memory((int)joints, capacity) + joints * RAW_COLUMNS * (capacity + grid) + grid +
-         tl_kinematics_workspace(capacity);
+         block_work(capacity);
 }
 
 void tl_regression_space_init(tl_regression_space *space, const tl_regression *r, size_t capacity,
@@ -60,7 +96,7 @@ void tl_regression_space_init(tl_regression_space *space, const tl_regression *r
     memory += RAW_COLUMNS * grid;
   }
   space->work = memory;
-  space->work_n = grid + tl_kinematics_workspace(capacity);
+  space->work_n = grid + block_work(capacity);
 }
 
 /* ---- at the recording's rows -------------------------------------------- */
@@ -81,6 +117,28 @@ static void motion_at(const tl_model *m, const tl_track *track, int joints, size
   now->slip[1] = foot > 0.0 ? 1.0 : foot < 0.0 ? -1.0 : 0.0;
 }
 
+/* x at an instant near row i, between the rows about it; the ends hold */
+static double value_at(const tl_block *block, const double *x, size_t i, double at_s) {
+  const double *t = block->t_s;
+  double share;
+
+  while (i > 0 && t[i] > at_s) i--;
+  while (i + 1 < block->n && t[i + 1] <= at_s) i++;
+  if (i + 1 == block->n || at_s <= t[i]) return x[i];
+  share = (at_s - t[i]) / (t[i + 1] - t[i]);
+  return x[i] + share * (x[i + 1] - x[i]);
+}
+
+/* The drive's torque at a row's instant. Where it is an input, beside a sensor at the output, a current
+ * that was sampled late stands further on. */
+static double effort_at(const tl_regression *r, const tl_block *block, int joint, size_t i) {
+  const double *effort = block->channel[r->layout.effort[joint]];
+  double delay = r->delay_s[joint];
+
+  if (r->layout.load == TL_CHANNEL_COUNT || delay == 0.0) return r->layout.effort_scale[joint] * effort[i];
+  return r->layout.effort_scale[joint] * value_at(block, effort, i, block->t_s[i] + delay);
+}
+
 /* what the modelled effects add at one instant */
 static double effects_at(const tl_regression *r, const tl_block *block, const tl_motion *now, int joint,
                          size_t i) {
@@ -88,7 +146,7 @@ static double effects_at(const tl_regression *r, const tl_block *block, const tl
   int sensor = r->layout.load != TL_CHANNEL_COUNT;
 
   if (r->effects == 0) return 0.0;
-  effort = r->layout.effort_scale[joint] * block->channel[r->layout.effort[joint]][i];
+  effort = effort_at(r, block, joint, i);
   return tl_effects_torque(r->effect, r->effects, &r->model, now, joint, block->t_s[i] - r->begin_s,
                            sensor ? &effort : NULL);
 }
@@ -109,6 +167,47 @@ static void regressor_rows(const tl_regression *r, const tl_block *block, tl_reg
       for (k = 0; k < columns; k++) raw[(size_t)k * space->capacity + i] = row[j * TL_MAX_ROW + k];
       raw[(size_t)KNOWN(columns) * space->capacity + i] = known[j] + effects_at(r, block, &now, j, i);
     }
+  }
+}
+
+/* effects that look along the motion, into what is known of a joint */
+static void effects_along(const tl_regression *r, const tl_block *block, int joint,
+                          tl_regression_space *space) {
+  const tl_track *track = &space->track;
+  double *sum = space->work, *column = sum + block->n, *known;
+  tl_effect_stretch s;
+  size_t i;
+  int j;
+
+  if (r->effects == 0) return;
+  memset(&s, 0, sizeof s);
+  s.model = &r->model;
+  s.n = block->n;
+  s.t_s = block->t_s;
+  for (j = 0; j < tl_joint_count(&r->model); j++) {
+    s.q[j] = track->q[j];
+    s.v[j] = track->v[j];
+    s.a[j] = track->a[j];
+    s.slip[j] = track->slip[j];
+  }
+  s.work = column + TL_EFFECT_MAX_STRENGTHS * block->n;
+  for (i = 0; i < block->n; i++) sum[i] = 0.0;
+  tl_effects_along(r->effect, r->effects, &s, joint, column, sum);
+  known = space->raw[joint] + (size_t)KNOWN(space->rows[joint].columns) * space->capacity;
+  for (i = 0; i < block->n; i++) known[i] += sum[i];
+}
+
+/* a current sampled late shows the torque of an earlier instant */
+static void delay_rows(const tl_regression *r, const tl_block *block, int joint, tl_regression_space *space) {
+  double delay = r->delay_s[joint], *late = space->work;
+  size_t i;
+  int c;
+
+  if (delay == 0.0 || r->layout.load != TL_CHANNEL_COUNT) return;
+  for (c = 0; c <= space->rows[joint].columns; c++) {
+    double *column = space->raw[joint] + (size_t)c * space->capacity;
+    for (i = 0; i < block->n; i++) late[i] = value_at(block, column, i, block->t_s[i] - delay);
+    memcpy(column, late, block->n * sizeof *late);
   }
 }
 
@@ -146,15 +245,14 @@ static void measured_rows(const tl_regression *r, const tl_block *block, int joi
   int columns = space->rows[joint].columns, c;
   double *raw = space->raw[joint], *known = raw + (size_t)KNOWN(columns) * space->capacity;
   double *measured = raw + (size_t)EFFORT(columns) * space->capacity;
-  const double *effort = block->channel[r->layout.effort[joint]];
   const double *load = r->layout.load == TL_CHANNEL_COUNT ? NULL : block->channel[r->layout.load];
   size_t i;
 
-  for (i = 0; i < block->n; i++) measured[i] = load ? load[i] : r->layout.effort_scale[joint] * effort[i];
+  for (i = 0; i < block->n; i++) measured[i] = load ? load[i] : effort_at(r, block, joint, i);
   if (!load) return;
   for (c = 0; c < columns; c++)
     for (i = 0; i < block->n; i++) raw[(size_t)c * space->capacity + i] *= -1.0;
-  for (i = 0; i < block->n; i++) known[i] = r->layout.effort_scale[joint] * effort[i] - known[i];
+  for (i = 0; i < block->n; i++) known[i] = effort_at(r, block, joint, i) - known[i];
 }
 
 tl_status tl_regression_motion(const tl_regression *r, const tl_block *block, tl_regression_space *space) {
@@ -167,7 +265,9 @@ tl_status tl_regression_motion(const tl_regression *r, const tl_block *block, tl
   if (status != TL_OK) return status;
   regressor_rows(r, block, space);
   for (j = 0; j < tl_joint_count(&r->model); j++) {
+    effects_along(r, block, j, space);
     bridge_stops(space, block->t_s, j);
+    delay_rows(r, block, j, space);
     measured_rows(r, block, j, space);
   }
   return TL_OK;

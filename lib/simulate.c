@@ -11,21 +11,35 @@
 #include "talus/simulate.h"
 
 #include <math.h>
+#include <stddef.h>
 #include <string.h>
 
+#include "acting.h"
 #include "transmission_internal.h"
 
 #define CROWDED_S 1e-9 /* changes closer than this, so many times in a row, lead nowhere */
 #define MAX_CROWDED 100
 #define MAX_ROOT_STEPS 200
 #define BORDER 1e-9 /* of the Coulomb level: sticking or sliding, rounding decides */
+/* effects may be stiff or bend: their steps keep the error of velocity, by the embedded formula of
+ * third order, below this, and are no shorter than this share of the step asked for */
+#define STEP_ERROR 1e-7
+#define SHORTEST (1.0 / 256.0)
 
 /* a place on the way: the motion there (its a and slip by the modes), the energies, and their rates */
 typedef struct point {
   tl_motion motion;
   double work, dissipated;
   double power, loss;
+  int whole; /* 1: `beyond` counts */
+  tl_beyond beyond;
 } point;
+
+/* most plants have nothing beyond: then it is not carried along */
+static void copy_point(point *to, const point *from) {
+  memcpy(to, from, offsetof(point, beyond));
+  if (from->whole) to->beyond = from->beyond;
+}
 
 /* the plant and what drives it, fixed during a call */
 typedef struct plant {
@@ -33,6 +47,7 @@ typedef struct plant {
   tl_torque_law law;
   const void *context;
   int joints;
+  tl_acting acting; /* with effects, if there are any */
 } plant;
 
 void tl_held_torque(const void *context, double t_s, const tl_motion *motion, double torque[TL_MAX_JOINTS]) {
@@ -88,7 +103,7 @@ static double offset_of(const tl_model *m) {
 }
 
 /* The right-hand side: accelerations and powers at x's positions and velocities. All that acts on the
- * plant meets here: the law's torque, and friction through `slip`; a further law adds to `torque`. */
+ * plant meets here: the law's torque, friction through `slip`, and effects. */
 static tl_status evaluate(const plant *p, const tl_joint_mode *mode, double t, point *x) {
   double torque[TL_MAX_JOINTS] = {0.0, 0.0}, joint[TL_MAX_JOINTS];
   tl_motion *now = &x->motion;
@@ -96,13 +111,14 @@ static tl_status evaluate(const plant *p, const tl_joint_mode *mode, double t, p
   int j;
 
   p->law(p->context, t, now, torque);
-  status = accelerate(p, mode, torque, now);
+  x->power = x->loss = 0.0;
+  status = p->acting.effects ? tl_acting_accelerate(&p->acting, t, mode, torque, now, &x->beyond, &x->loss)
+                             : accelerate(p, mode, torque, now);
   if (status != TL_OK) return status;
   tl_joint_torque(p->model, now->q, torque, joint);
-  x->power = x->loss = 0.0;
-  for (j = 0; j < p->joints; j++) {
+  for (j = 0; j < p->joints; j++) x->power += (joint[j] - offset_of(p->model)) * now->v[j];
+  for (j = 0; j < p->joints && !p->acting.effects; j++) {
     const tl_drive *d = &p->model->drive[j];
-    x->power += (joint[j] - offset_of(p->model)) * now->v[j];
     x->loss += (d->coulomb_Nm * now->slip[j] + d->viscous_Nms_rad * now->v[j]) * now->v[j];
   }
   return TL_OK;
@@ -110,36 +126,56 @@ static tl_status evaluate(const plant *p, const tl_joint_mode *mode, double t, p
 
 /* ---- one step ---------------------------------------------------------------- */
 
-/* from x along the rates of `slope` for a time h */
-static point step_along(const point *x, double h, const point *slope) {
-  point y = *x;
+/* what effects add to the state, along its rates */
+static void beyond_along(tl_beyond *y, double h, const tl_beyond *slope) {
   int j;
 
-  for (j = 0; j < TL_MAX_JOINTS; j++) {
-    y.motion.q[j] += h * slope->motion.v[j];
-    y.motion.v[j] += h * slope->motion.a[j];
+  for (j = 0; j <= TL_MAX_JOINTS; j++) {
+    y->q[j] += h * slope->v[j];
+    y->v[j] += h * slope->a[j];
   }
-  y.work += h * slope->power;
-  y.dissipated += h * slope->loss;
-  return y;
+  for (j = 0; j < TL_MAX_JOINTS; j++) y->z[j] += h * slope->z_rate[j];
+}
+
+/* from x along the rates of `slope` for a time h */
+static void step_along(const point *x, double h, const point *slope, point *y) {
+  int j;
+
+  copy_point(y, x);
+  for (j = 0; j < TL_MAX_JOINTS; j++) {
+    y->motion.q[j] += h * slope->motion.v[j];
+    y->motion.v[j] += h * slope->motion.a[j];
+  }
+  y->work += h * slope->power;
+  y->dissipated += h * slope->loss;
+  if (x->whole) beyond_along(&y->beyond, h, &slope->beyond);
+}
+
+static void add_beyond(tl_beyond *mean, double weight, const tl_beyond *rates) {
+  int j;
+
+  for (j = 0; j <= TL_MAX_JOINTS; j++) {
+    mean->v[j] += weight * rates->v[j];
+    mean->a[j] += weight * rates->a[j];
+  }
+  for (j = 0; j < TL_MAX_JOINTS; j++) mean->z_rate[j] += weight * rates->z_rate[j];
 }
 
 /* the rates of the classical Runge-Kutta step, from those at its four points */
-static point mean_slope(const point k[4]) {
+static void mean_slope(const point k[4], point *mean) {
   static const double weight[4] = {1.0 / 6.0, 2.0 / 6.0, 2.0 / 6.0, 1.0 / 6.0};
-  point mean;
   int i, j;
 
-  memset(&mean, 0, sizeof mean);
+  memset(mean, 0, k[0].whole ? sizeof *mean : offsetof(point, beyond));
   for (i = 0; i < 4; i++) {
     for (j = 0; j < TL_MAX_JOINTS; j++) {
-      mean.motion.v[j] += weight[i] * k[i].motion.v[j];
-      mean.motion.a[j] += weight[i] * k[i].motion.a[j];
+      mean->motion.v[j] += weight[i] * k[i].motion.v[j];
+      mean->motion.a[j] += weight[i] * k[i].motion.a[j];
     }
-    mean.power += weight[i] * k[i].power;
-    mean.loss += weight[i] * k[i].loss;
+    mean->power += weight[i] * k[i].power;
+    mean->loss += weight[i] * k[i].loss;
+    if (k[0].whole) add_beyond(&mean->beyond, weight[i], &k[i].beyond);
   }
-  return mean;
 }
 
 /* a step from one place under fixed modes, of any length */
@@ -149,7 +185,26 @@ typedef struct attempt {
   double t;
   const point *begin; /* evaluated */
   point end;          /* of the last length that was tried, evaluated */
+  double error;       /* of its velocities */
 } attempt;
+
+/* The largest difference of the rates of velocity. The end's own rates in the place of the fourth make a
+ * formula of third order, so over 6 this is its difference from that of fourth order. */
+static double difference(const point *fourth, const point *end) {
+  double worst = 0.0, off;
+  int j;
+
+  for (j = 0; j <= TL_MAX_JOINTS; j++) {
+    off = fabs(fourth->beyond.a[j] - end->beyond.a[j]);
+    if (!(off <= worst)) worst = off;
+    if (j == TL_MAX_JOINTS) break;
+    off = fabs(fourth->motion.a[j] - end->motion.a[j]);
+    if (!(off <= worst)) worst = off;
+    off = fabs(fourth->beyond.z_rate[j] - end->beyond.z_rate[j]);
+    if (!(off <= worst)) worst = off;
+  }
+  return worst;
+}
 
 static tl_status try_length(attempt *a, double h) {
   static const double share[4] = {0.0, 0.5, 0.5, 1.0};
@@ -157,15 +212,29 @@ static tl_status try_length(attempt *a, double h) {
   tl_status status = TL_OK;
   int i;
 
-  k[0] = *a->begin;
+  copy_point(&k[0], a->begin);
   for (i = 1; i < 4 && status == TL_OK; i++) {
-    k[i] = step_along(a->begin, share[i] * h, &k[i - 1]);
+    step_along(a->begin, share[i] * h, &k[i - 1], &k[i]);
     status = evaluate(a->p, a->mode, a->t + share[i] * h, &k[i]);
   }
   if (status != TL_OK) return status;
-  mean = mean_slope(k);
-  a->end = step_along(a->begin, h, &mean);
-  return evaluate(a->p, a->mode, a->t + h, &a->end);
+  mean_slope(k, &mean);
+  step_along(a->begin, h, &mean, &a->end);
+  status = evaluate(a->p, a->mode, a->t + h, &a->end);
+  a->error = a->p->acting.effects ? h / 6.0 * difference(&k[3], &a->end) : 0.0;
+  return status;
+}
+
+/* a step of at most h, which becomes the length that keeps the error where effects act */
+static tl_status try_step(attempt *a, double *h) {
+  double shortest = SHORTEST * *h;
+  tl_status status = try_length(a, *h);
+
+  while (a->p->acting.effects && status == TL_OK && !(a->error <= STEP_ERROR) && *h > shortest) {
+    *h *= 0.5;
+    status = try_length(a, *h);
+  }
+  return status;
 }
 
 /* ---- changes of mode ----------------------------------------------------------- */
@@ -210,9 +279,10 @@ static tl_status locate(attempt *a, int j, double at_low, double at_high, double
  * answer's *changed says that joint j changes there */
 static tl_status first_change(attempt *a, double *h, int *changed) {
   double at[TL_MAX_JOINTS], whole = *h;
-  const point end = a->end;
+  point end;
   int j;
 
+  copy_point(&end, &a->end);
   *changed = 0;
   for (j = 0; j < a->p->joints; j++) {
     double beyond = trespass(a->mode[j], j, &end);
@@ -248,7 +318,7 @@ static tl_status settle(const plant *p, double t, tl_joint_mode *mode, point *x)
   int pattern, round, j, at_rest[TL_MAX_JOINTS] = {0, 0};
 
   for (j = 0; j < p->joints; j++) {
-    if (!(p->model->drive[j].coulomb_Nm > 0.0))
+    if (!tl_acting_is_dry(&p->acting, j))
       mode[j] = TL_MODE_FREE;
     else if (x->motion.v[j] != 0.0)
       mode[j] = x->motion.v[j] > 0.0 ? TL_MODE_FORWARD : TL_MODE_BACKWARD;
@@ -272,8 +342,9 @@ static tl_status settle(const plant *p, double t, tl_joint_mode *mode, point *x)
 
 /* ---- in time ------------------------------------------------------------------- */
 
-static int coulomb_is_unsupported(const tl_model *m) {
-  return m->form == TL_FORM_PAPER && (m->drive[0].coulomb_Nm > 0.0 || m->drive[1].coulomb_Nm > 0.0);
+static int coulomb_is_unsupported(const tl_model *m, const tl_acting *acting) {
+  return m->form == TL_FORM_PAPER &&
+         (m->drive[0].coulomb_Nm > 0.0 || m->drive[1].coulomb_Nm > 0.0 || (acting && acting->effects > 0));
 }
 
 tl_status tl_simulation_init(tl_simulation *s, const tl_model *m, const double q[TL_MAX_JOINTS],
@@ -282,7 +353,7 @@ tl_status tl_simulation_init(tl_simulation *s, const tl_model *m, const double q
   int j;
 
   if (!s || !m || !q || !v || tl_joint_count(m) == 0) return TL_ERR_ARGUMENT;
-  if (coulomb_is_unsupported(m)) return TL_ERR_UNSUPPORTED;
+  if (coulomb_is_unsupported(m, NULL)) return TL_ERR_UNSUPPORTED;
   memset(&made, 0, sizeof made);
   for (j = 0; j < tl_joint_count(m); j++) {
     if (!tl_is_finite(q[j]) || !tl_is_finite(v[j])) return TL_ERR_NOT_FINITE;
@@ -294,8 +365,11 @@ tl_status tl_simulation_init(tl_simulation *s, const tl_model *m, const double q
 }
 
 static int is_sound(const point *x) {
-  return tl_is_finite(x->motion.q[0]) && tl_is_finite(x->motion.q[1]) && tl_is_finite(x->motion.v[0]) &&
-         tl_is_finite(x->motion.v[1]) && tl_is_finite(x->work) && tl_is_finite(x->dissipated);
+  const tl_motion *m = &x->motion;
+  double beyond = x->whole ? x->beyond.q[0] + x->beyond.q[1] + x->beyond.q[2] : 0.0;
+
+  return tl_is_finite(m->q[0]) && tl_is_finite(m->q[1]) && tl_is_finite(m->v[0]) && tl_is_finite(m->v[1]) &&
+         tl_is_finite(x->work) && tl_is_finite(x->dissipated) && tl_is_finite(beyond);
 }
 
 static void keep(tl_simulation *s, double t, const point *x) {
@@ -303,41 +377,74 @@ static void keep(tl_simulation *s, double t, const point *x) {
   s->motion = x->motion;
   s->work_J = x->work;
   s->dissipated_J = x->dissipated;
+  if (x->whole) s->beyond = x->beyond;
 }
 
 /* One step towards until_s, to the next change at most; *changed as first_change says. */
 static tl_status advance(const plant *p, double step_s, double until_s, tl_simulation *s, point *x,
                          int *changed) {
-  double left = until_s - s->t_s, steps = floor(left / step_s + (1.0 - 1e-9)), h;
+  double left = until_s - s->t_s, steps = floor(left / step_s + (1.0 - 1e-9)), whole, h;
   attempt a = {.p = p, .mode = s->mode, .t = s->t_s, .begin = x};
   tl_status status;
   int j;
 
-  h = steps > 1.0 ? left / steps : left;
-  status = try_length(&a, h);
+  h = whole = steps > 1.0 ? left / steps : left;
+  status = try_step(&a, &h);
+  if (h < whole) steps = 2.0; /* not there yet */
   if (status == TL_OK && is_sound(&a.end)) status = first_change(&a, &h, changed);
   if (status != TL_OK) return status;
   if (!is_sound(&a.end)) return TL_ERR_NOT_FINITE;
-  *x = a.end;
+  copy_point(x, &a.end);
   for (j = 0; j < p->joints; j++)
     if (*changed >> j & 1) x->motion.v[j] = 0.0;
   keep(s, *changed == 0 && !(steps > 1.0) ? until_s : s->t_s + h, x);
   return TL_OK;
 }
 
+static void set_plant(plant *p, const tl_model *m, tl_torque_law law, const void *context,
+                      const tl_simulation *s) {
+  p->model = p->acting.model = m;
+  p->law = law;
+  p->context = context;
+  p->acting.effect = s->effect;
+  p->acting.effects = s->effects;
+  p->acting.begin_s = s->effects_begin_s;
+  tl_acting_init(&p->acting);
+  p->joints = p->acting.joints;
+}
+
+void tl_simulation_joints(const tl_simulation *s, tl_motion *joints) {
+  tl_effect_change c;
+  int j;
+
+  *joints = s->motion;
+  for (j = 0; j < TL_MAX_JOINTS && s->beyond.begun; j++) {
+    c = tl_effects_change(s->effect, s->effects, j);
+    if (!(c.compliance_rad_Nm > 0.0)) continue;
+    joints->q[j] = s->beyond.q[j];
+    joints->v[j] = s->beyond.v[j];
+    joints->a[j] = s->beyond.a[j];
+  }
+}
+
 tl_status tl_simulate(const tl_model *m, tl_torque_law law, const void *context, double step_s,
                       tl_simulation *s, double until_s) {
-  plant p = {m, law, context, 0};
+  plant p;
   point x;
   double last_change_s = -HUGE_VAL;
   int changed = 0, crowded = 0;
   tl_status status;
 
   if (!m || !law || !s || !(step_s > 0.0) || !(until_s >= s->t_s)) return TL_ERR_ARGUMENT;
-  if (coulomb_is_unsupported(m)) return TL_ERR_UNSUPPORTED;
-  p.joints = tl_joint_count(m);
-  memset(&x, 0, sizeof x);
+  set_plant(&p, m, law, context, s);
+  if (coulomb_is_unsupported(m, &p.acting)) return TL_ERR_UNSUPPORTED;
+  memset(&x, 0, s->effects > 0 ? sizeof x : offsetof(point, beyond));
   x.motion = s->motion;
+  if (s->effects > 0) {
+    x.whole = 1;
+    x.beyond = s->beyond;
+    tl_acting_begin(&p.acting, &x.motion, &x.beyond);
+  }
   x.work = s->work_J;
   x.dissipated = s->dissipated_J;
   /* the torque may have jumped since the last call */

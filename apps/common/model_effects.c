@@ -72,6 +72,9 @@ static int read_effect(struct yaml_file *yaml, yaml_node_t *node, struct model_f
   const size_t before = yaml_key_enter(yaml, "parameters");
   if (read_parameters(yaml, w.parameters, e, error) != 0) return -1;
   yaml_key_leave(yaml, before);
+  if (tl_effect_check(e, &file->model) != TL_OK)
+    return yaml_fail(yaml, node, error, "the linkage does not close, or there is none, with this '%s'",
+                     e->kind->name);
   file->effects++;
   return 0;
 }

@@ -202,10 +202,12 @@ void stream_close(struct stream *stream) {
   free(stream);
 }
 
-void stream_set_effects(struct stream *stream, const tl_effect *effect, int effects) {
-  stream->regression.effect = effect;
-  stream->regression.effects = effects;
-  stream->regression.begin_s = recording_first_s(stream->recording);
+int stream_set_effects(struct stream *stream, const tl_effect *effect, int effects, struct app_error *error) {
+  if (tl_regression_set_effects(&stream->regression, effect, effects, recording_first_s(stream->recording)) ==
+      TL_OK)
+    return 0;
+  return app_fail(error, APP_BAD_INPUT,
+                  "effects: the linkage does not close with the errors of linkage_error");
 }
 
 const tl_regression *stream_regression(const struct stream *stream) {

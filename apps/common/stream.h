@@ -38,7 +38,7 @@ struct stream *stream_open(struct recording *recording, const tl_model *model, c
 void stream_close(struct stream *stream);
 
 /* Effects that are modelled already; kept by reference. */
-void stream_set_effects(struct stream *stream, const tl_effect *effect, int effects);
+int stream_set_effects(struct stream *stream, const tl_effect *effect, int effects, struct app_error *error);
 
 const tl_regression *stream_regression(const struct stream *stream);
 /* The recording's path, as recording_open was given it. */

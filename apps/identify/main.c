@@ -133,7 +133,7 @@ static int open_inputs(struct inputs *in, const struct model_file *file, char **
     if (!in->recording[i]) return -1;
     in->stream[i] = stream_open(in->recording[i], &file->model, &file->score, window, error);
     if (!in->stream[i]) return -1;
-    stream_set_effects(in->stream[i], file->effect, file->effects);
+    if (stream_set_effects(in->stream[i], file->effect, file->effects, error) != 0) return -1;
   }
   return 0;
 }

@@ -36,10 +36,10 @@ static int predict(const struct model_file *file, struct recording *recording, s
   struct stream *stream =
       stream_open(recording, &file->model, &file->score, file->has_window ? &file->window : NULL, error);
   struct output *out;
-  int result;
+  int result, ready = 0;
 
-  if (stream) stream_set_effects(stream, file->effect, file->effects);
-  out = stream ? output_open(asked.out, error) : NULL;
+  if (stream && stream_set_effects(stream, file->effect, file->effects, error) == 0) ready = 1;
+  out = ready ? output_open(asked.out, error) : NULL;
   result = out ? predict_write(out, recording, stream, &file->model, error) : -1;
 
   if (out && result == 0)

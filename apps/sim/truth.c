@@ -22,11 +22,12 @@ void truth_motion_header(struct output *out, const tl_model *m) {
 }
 
 void truth_motion_row(struct output *out, const tl_bench *b, double t_s) {
-  const tl_motion *now = &b->simulation.motion;
   double value[TL_MAX_JOINTS * MOTION_COLUMNS];
   int joints = tl_joint_count(b->model);
-  tl_motion reference;
+  tl_motion reference, joint;
+  const tl_motion *now = &joint;
 
+  tl_simulation_joints(&b->simulation, &joint);
   tl_bench_reference(b, &reference);
   for (int j = 0; j < joints; j++) {
     double *of = value + j * MOTION_COLUMNS;
@@ -81,6 +82,22 @@ static json_t *truth_of_sensors(const struct twin *t) {
   return o;
 }
 
+static json_t *truth_of_effects(const struct twin *t) {
+  json_t *list = json_array();
+
+  for (int i = 0; i < t->effects; i++) {
+    const tl_effect *e = &t->effect[i];
+    json_t *o = json_object(), *parameters = json_object();
+    for (int k = 0; k < e->kind->strengths + e->kind->shapes; k++)
+      json_set_number(parameters, e->kind->parameter[k].name, e->value[k]);
+    json_set_text(o, "effect", e->kind->name);
+    json_set_text(o, "joint", model_effect_joint(&t->model, e->joint));
+    json_object_set_new(o, "parameters", parameters);
+    json_array_append_new(list, o);
+  }
+  return list;
+}
+
 int truth_write(const struct twin *t, const tl_bench *b, struct app_error *error) {
   double parameter[TL_MAX_PARAMETERS], base[TL_MAX_BASE];
   json_t *root = json_object(), *parameters = json_object(), *bases = json_object();
@@ -99,6 +116,7 @@ int truth_write(const struct twin *t, const tl_bench *b, struct app_error *error
   json_set_number(root, "duration_s", t->duration_s);
   json_object_set_new(root, "parameters", parameters);
   json_object_set_new(root, "base_parameters", bases);
+  json_object_set_new(root, "effects", truth_of_effects(t));
   json_object_set_new(root, "sensors", truth_of_sensors(t));
   json_object_set_new(root, "excitation", truth_of_excitation(t));
   json_object_set_new(root, "stick_slip_changes", json_integer((json_int_t)b->simulation.changes));

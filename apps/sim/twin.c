@@ -5,7 +5,6 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "model_file.h"
 #include "output.h"
 #include "plant_name.h"
 #include "progress.h"
@@ -106,6 +105,8 @@ static void make_bench(struct twin *t) {
   replace(&s->control_hz, asked->control_hz);
   if (asked->camera) s->channels |= TL_CHANNEL_BIT(TL_CHANNEL_SHANK) | TL_CHANNEL_BIT(TL_CHANNEL_FOOT);
   s->seed = asked->seed;
+  s->effect = t->effect;
+  s->effects = t->effects;
 }
 
 static const char *unit_of(const tl_model *m, tl_quantity quantity) {
@@ -195,6 +196,22 @@ static int check_times(const struct twin *t, struct app_error *error) {
   return 0;
 }
 
+/* are there effects that this bench cannot show? */
+static int check_effects(const struct twin *t, struct app_error *error) {
+  for (int i = 0; i < t->effects; i++) {
+    const tl_effect_kind *kind = t->effect[i].kind;
+    if (kind->needs_load_sensor)
+      return app_fail(error, APP_BAD_INPUT,
+                      "%s: effects: '%s' shows only at a torque sensor at the output, "
+                      "which this bench does not have",
+                      t->asked->model, kind->name);
+    if (t->model.form == TL_FORM_PAPER)
+      return app_fail(error, APP_BAD_INPUT, "%s: effects: `form: paper` takes none in forward time",
+                      t->asked->model);
+  }
+  return 0;
+}
+
 int twin_prepare(struct twin *twin, const struct twin_settings *settings, struct app_error *error) {
   struct model_file file;
 
@@ -203,7 +220,9 @@ int twin_prepare(struct twin *twin, const struct twin_settings *settings, struct
   twin->scaling = (tl_scaling){{1.0, 1.0}, 1.0};
   if (model_file_read(settings->model, &file, error) != 0) return -1;
   twin->model = file.model;
-  if (check_plant(twin, error) != 0) return -1;
+  memcpy(twin->effect, file.effect, sizeof twin->effect);
+  twin->effects = file.effects;
+  if (check_plant(twin, error) != 0 || check_effects(twin, error) != 0) return -1;
   if (make_excitation(twin) != TL_OK)
     return app_fail(error, APP_BAD_INPUT,
                     "excitation: --period, --harmonics (1 to %d), --amplitude or --speed out of range",

@@ -5,6 +5,7 @@
 #include <stdint.h>
 
 #include "error.h"
+#include "model_file.h"
 #include "talus/bench.h"
 #include "talus/excitation.h"
 
@@ -39,6 +40,8 @@ struct twin_settings twin_defaults(void);
 struct twin {
   const struct twin_settings *asked;
   tl_model model;
+  tl_effect effect[MODEL_MAX_EFFECTS]; /* the model's */
+  int effects;
   tl_excitation excitation;
   tl_scaling scaling;
   tl_limits limits[TL_MAX_JOINTS];

@@ -19,6 +19,7 @@
 #include <stdint.h>
 
 #include "talus/channel.h"
+#include "talus/effect.h"
 #include "talus/excitation.h"
 #include "talus/plant.h"
 #include "talus/simulate.h"
@@ -27,6 +28,8 @@
 #ifdef __cplusplus
 extern "C" {
 #endif
+
+#define TL_BENCH_TICKS 64 /* a current's delay is shorter than so many ticks of the control */
 
 typedef struct tl_bench_settings {
   /* drives */
@@ -48,6 +51,9 @@ typedef struct tl_bench_settings {
   double settle_s;  /* runs this long before time 0 of the recording */
   double step_s;    /* longest step of integration */
   uint64_t seed;    /* of noise and jitter */
+  /* effects of the plant and of its measurements; must outlive the bench. Nullable: effect when effects is 0. */
+  const tl_effect *effect;
+  int effects;
 } tl_bench_settings;
 
 /* A bench for the plant: 1 kHz control with 10 Hz bandwidth and damping 0.8 from the inertia at
@@ -72,12 +78,18 @@ typedef struct tl_bench {
   double position[TL_MAX_JOINTS];  /* that the drive saw last */
   double velocity[TL_MAX_JOINTS];  /* low-passed */
   uint64_t tick, sample;           /* the next ones */
+  /* with effects: what they change, the plant as it really is, and the currents of the last ticks */
+  tl_effect_change change[TL_MAX_JOINTS];
+  tl_model truth;
+  double shown_A[TL_MAX_JOINTS][TL_BENCH_TICKS];
 } tl_bench;
 
 /* At rest where the excitation begins. TL_ERR_RANGE for settings out of range,
  * TL_ERR_UNSUPPORTED for a channel that the bench does not record: the leg's are its required
  * ones and the camera's, the pendulum's joint_rad, joint_current_A and joint_torque_Nm, the
- * slider's all three. Others as tl_simulation_init. */
+ * slider's all three; or for an effect that only a sensor at the output would show. Others as
+ * tl_effect_check (TL_ERR_RANGE also for a linkage that its error does not let close, and a delay
+ * beyond TL_BENCH_TICKS) and tl_simulation_init. */
 TL_CHECK tl_status tl_bench_init(tl_bench *b, const tl_model *m, const tl_excitation *e,
                                  const tl_bench_settings *s);
 /* The next sample: row[channel] for the channels of the settings, NaN elsewhere. The bench never

@@ -26,7 +26,7 @@
 extern "C" {
 #endif
 
-#define TL_EFFECT_MAX_STRENGTHS 3
+#define TL_EFFECT_MAX_STRENGTHS 4
 #define TL_EFFECT_MAX_SHAPES 2
 #define TL_EFFECT_MAX_PARAMETERS (TL_EFFECT_MAX_STRENGTHS + TL_EFFECT_MAX_SHAPES)
 
@@ -56,8 +56,39 @@ enum { TL_EFFECT_AT_KNEE = 1, TL_EFFECT_AT_ANKLE = 2, TL_EFFECT_AT_SINGLE = 4, T
 /* How it acts. */
 enum {
   TL_EFFECT_MECHANICAL = 0, /* on the joint: the motion feels it */
-  TL_EFFECT_MEASURED = 1    /* on what the current shows: the motion does not feel it */
+  TL_EFFECT_MEASURED = 1,   /* on what the current shows: the motion does not feel it */
+  TL_EFFECT_CHANGE = 2 /* no law of the instant: it changes the plant or its sensors (tl_effect_change) */
 };
+
+/* What the effects of one joint change in its plant and sensors, for simulation. Zero: nothing. */
+typedef struct tl_effect_change {
+  double delay_s;                               /* the current is later than the angles */
+  double motor_sine_rad, motor_cosine_rad;      /* added to the motor's encoder, once a turn of it */
+  double joint_sine_rad, joint_cosine_rad;      /* added to the joint's encoder, once a turn of it */
+  double AB_m, BO_m, AC_m;                      /* added to the linkage's dimensions */
+  double memory_Nm, travel_rad;                 /* friction that is a spring over a small travel */
+  double compliance_rad_Nm, gap_rad, damping_s; /* between motor and joint */
+  double base_compliance_rad_Nm, base_hz,
+      base_share; /* of the mount; its resonance with the leg at rest, damping ratio */
+} tl_effect_change;
+
+/* What a recording shows that an effect can change: the torque of joint 0 or 1, and where a second
+ * sensor sees the same angle, that sensor less the motor's angle through the model's transmission. */
+enum {
+  TL_EFFECT_SHOWS_ENCODER = 2, /* the ankle's encoder less the motor's angle [rad] */
+  TL_EFFECT_SHOWS_SHANK = 3,   /* the camera's shank angle less the knee motor's [rad] */
+  TL_EFFECT_SHOWS_FOOT = 4     /* the camera's foot less shank angle, less the ankle motor's [rad] */
+};
+
+/* A stretch of recorded motion: arrays of n rows, as the motors' angles tell it. */
+typedef struct tl_effect_stretch {
+  const tl_model *model;
+  size_t n;
+  const double *t_s; /* since the first recording's begin */
+  const double *q[TL_MAX_JOINTS], *v[TL_MAX_JOINTS], *a[TL_MAX_JOINTS], *slip[TL_MAX_JOINTS];
+  const double *effort_Nm; /* the drive's torque where a sensor at the output was recorded. Nullable. */
+  double *work;            /* tl_effect_stretch_work(n) doubles */
+} tl_effect_stretch;
 
 typedef struct tl_effect_kind {
   const char *name;    /* id of the catalogue */
@@ -71,6 +102,13 @@ typedef struct tl_effect_kind {
   /* Per unit of each strength: torque at the joint [N m], and friction in the direction of slip. The
    * torque of a mechanical kind does not depend on the load; its friction may. */
   void (*law)(const tl_effect_instant *now, const double *shape, double *torque, double *friction);
+  /* Kinds that change the plant or its sensors have these two in its place: what they change, and to
+   * first order what a recording then shows (`shows`: a joint's torque or TL_EFFECT_SHOWS_...) per
+   * unit of each strength, of an effect at `joint`: column k at column + k n. */
+  void (*change)(const double *value, tl_effect_change *to);
+  void (*along)(const tl_effect_stretch *s, int joint, const double *shape, int shows, double *column);
+  double memory_s; /* how far back its columns look */
+  int exact;       /* 1: prediction makes the change itself (time, linkage) instead of adding columns */
 } tl_effect_kind;
 
 /* One effect of a model: kind, joint (0 or 1; TL_MAX_JOINTS for the base) and parameters. */
@@ -88,7 +126,8 @@ const tl_effect_kind *tl_effect_find(const char *name);
 int tl_effect_applies(const tl_effect_kind *kind, const tl_model *m, int joint);
 /* An effect with its typical parameters. */
 tl_effect tl_effect_typical(const tl_effect_kind *kind, int joint);
-/* TL_ERR_RANGE when a parameter leaves its range; TL_ERR_UNSUPPORTED where the kind cannot stand. */
+/* TL_ERR_RANGE when a parameter leaves its range; TL_ERR_UNSUPPORTED where the kind cannot stand;
+ * TL_ERR_RANGE or TL_ERR_UNSUPPORTED for a linkage error that the linkage does not take. */
 TL_CHECK tl_status tl_effect_check(const tl_effect *e, const tl_model *m);
 
 /* The part of an instant that needs no load: angle, speed, slip, motor side, time. The rest is 0. */
@@ -108,10 +147,24 @@ void tl_effect_law(const tl_effect *e, const tl_effect_instant *now, double *tor
 /* The effect's columns: torque at the joint per unit of each strength, column[kind->strengths]. */
 void tl_effect_columns(const tl_effect_kind *kind, const double *shape, const tl_effect_instant *now,
                        double *column);
-/* What n effects add to the recorded torque of a joint (leg: motor torque, so over the ratio).
+/* Doubles of work for a stretch of n rows. */
+size_t tl_effect_stretch_work(size_t n);
+/* The columns of any kind over a stretch, of an effect at `joint` (TL_MAX_JOINTS: the base): column k at
+ * column + k n. Torque is that of the joint as in tl_effect_columns. */
+void tl_effect_columns_along(const tl_effect_kind *kind, int joint, const double *shape,
+                             const tl_effect_stretch *s, int shows, double *column);
+/* Everything that n effects change at a joint (TL_MAX_JOINTS: at the base). */
+tl_effect_change tl_effects_change(const tl_effect *effect, int n, int joint);
+/* What n effects add to the recorded torque of a joint (leg: motor torque, so over the ratio). Kinds
+ * without a law of the instant are left out: they are tl_effects_along's.
  * Nullable: effort_Nm. */
 double tl_effects_torque(const tl_effect *effect, int n, const tl_model *m, const tl_motion *motion,
                          int joint, double t_s, const double *effort_Nm);
+
+/* What the others add to the recorded torque of a joint, added to sum[n]; `column` holds
+ * TL_EFFECT_MAX_STRENGTHS n doubles. */
+void tl_effects_along(const tl_effect *effect, int n, const tl_effect_stretch *s, int joint, double *column,
+                      double *sum);
 
 #ifdef __cplusplus
 }

@@ -39,15 +39,21 @@ typedef struct tl_regression {
   tl_sensing sensing[TL_MAX_JOINTS];
   tl_lowpass lowpass;
   double step_s; /* median step of the recording */
-  /* effects that are modelled already: they count as known. Nullable: effect when effects is 0. */
+  /* effects that are modelled already, by tl_regression_set_effects. Nullable: effect when effects is 0. */
   const tl_effect *effect;
   int effects;
-  double begin_s; /* the recording's first instant, from which effects of time count */
+  double begin_s;                /* the recording's first instant, from which effects of time count */
+  double delay_s[TL_MAX_JOINTS]; /* of each current behind the angles, by effects */
 } tl_regression;
 
 /* Layout and filter; the sensing is still to be filled. Errors of tl_layout_init and tl_lowpass_init. */
 TL_CHECK tl_status tl_regression_init(tl_regression *r, const tl_model *m, uint32_t recorded,
                                       const tl_score_settings *score, double step_s);
+/* Effects to count as known, which must outlive r: those that change time or linkage are made part of
+ * r, the others add to what is known. TL_ERR_RANGE when the linkage does not close with them; r is
+ * untouched then. begin_s: the recording's first instant. */
+TL_CHECK tl_status tl_regression_set_effects(tl_regression *r, const tl_effect *effect, int effects,
+                                             double begin_s);
 /* How much of a recording on each side a block must see beyond its own part
  * so that the result is the same however the recording is cut [s]. */
 double tl_regression_margin_s(const tl_regression *r);

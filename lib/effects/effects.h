@@ -13,6 +13,8 @@ extern const tl_effect_kind tl_effect_stribeck, tl_effect_load_friction, tl_effe
     tl_effect_nonlinear_viscous, tl_effect_position_friction, tl_effect_friction_drift,
     tl_effect_directional_efficiency, tl_effect_kinematic_error, tl_effect_cogging,
     tl_effect_torque_saturation, tl_effect_current_offset, tl_effect_gravity_tilt, tl_effect_parallel_spring,
-    tl_effect_torque_constant, tl_effect_sensor_offset;
+    tl_effect_torque_constant, tl_effect_sensor_offset, tl_effect_delay, tl_effect_encoder_eccentricity,
+    tl_effect_linkage_error, tl_effect_presliding, tl_effect_elasticity, tl_effect_backlash,
+    tl_effect_base_compliance;
 
 #endif

@@ -4,7 +4,7 @@
 #include "talus/math.h"
 
 static void law(const tl_effect_instant *now, const double *shape, double *torque, double *friction) {
-  double gone = 1.0 - tl_exp(-now->t_s / shape[0]);
+  double gone = now->t_s > 0.0 ? 1.0 - tl_exp(-now->t_s / shape[0]) : 0.0;
 
   torque[0] = 0.0;
   friction[0] = gone;
