@@ -126,6 +126,7 @@ RECORDINGS = {
     "NaN": (field(101, 2, "nan"), r"rec\.csv:101: slider_force_N: 'nan' is not a finite number"),
     "NaN in time": (field(101, 0, "NaN"), r"rec\.csv:101: time_s: 'NaN' is not a finite number"),
     "infinity": (field(90, 1, "-inf"), r"rec\.csv:90: slider_m: '-inf' is not a finite number"),
+    "absurd": (field(90, 1, "1e150"), r"rec\.csv:90: slider_m: '1e150' is beyond anything physical, expected at most 1e\+09"),
     "beyond a double": (field(90, 1, "1e999"), r"rec\.csv:90: slider_m: '1e999' is not a finite number"),
     "time stands still": (lambda lines: lines.insert(60, lines[59]), r"rec\.csv:61: time_s stands still at [\d.]+, it must rise"),
     "time runs back": (field(61, 0, "0.001"), r"rec\.csv:61: time_s runs back from [\d.]+ to 0\.001, it must rise"),

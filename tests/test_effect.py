@@ -45,6 +45,15 @@ def test_every_kind_bears_an_id_of_the_catalogue_and_sound_parameters():
             assert p.low <= p.typical <= p.high, (name, ffi.string(p.name))
 
 
+def test_the_page_lists_every_kind_with_its_parameters():
+    page = (REPOSITORY / "docs" / "effects.md").read_text()
+    for name, kind in kinds().items():
+        line = next(row for row in page.splitlines() if row.startswith(f"| `{name}` |"))
+        for i in range(kind.strengths + kind.shapes):
+            p = kind.parameter[i]
+            assert f"`{ffi.string(p.name).decode()}` {p.low:g} to {p.high:g}" in line, name
+
+
 def test_laws_against_their_formulas():
     v, slip, load, motor, ratio, q = -0.3, -1.0, -2.5, 0.02, 51.0, 0.4
     at = {"v": v, "slip": slip, "load_Nm": load, "motor_Nm": motor, "ratio": ratio, "q": q, "motor_rad": 51 * q, "t_s": 30.0,

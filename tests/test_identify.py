@@ -226,3 +226,52 @@ def test_impossible_problems_are_refused():
     empty = ffi.new("tl_factor *")
     check(lib.tl_factor_init(empty, 6))
     assert lib.tl_problem_init(problem, model.struct, settings, empty) == lib.TL_ERR_TOO_SHORT
+
+
+# ---- what the command says of recordings that cannot give all ---------------------------
+
+
+def write(path, columns):
+    np.savetxt(path, np.column_stack(list(columns.values())), delimiter=",", header=",".join(columns), comments="",
+               fmt="%.15g")
+
+
+@pytest.fixture
+def pendulum_files(tmp_path):
+    recording, (_, v, _, _) = pendulum_recording()
+    (tmp_path / "m.yaml").write_text(yaml.safe_dump(PENDULUM))
+    write(tmp_path / "angle.csv", recording.columns)
+    columns = {"time_s": recording.t, "joint_velocity_rad_s": v,
+               "joint_current_A": recording.columns["joint_current_A"]}
+    write(tmp_path / "velocity.csv", columns)
+    write(tmp_path / "small_steps.csv", {**recording.columns, "time_s": recording.t * 1e-9})
+    return tmp_path
+
+
+def identified(folder, *names, status=0):
+    return run("talus-identify", "-q", "--model", folder / "m.yaml", "--out", folder / "f.yaml",
+               *(folder / name for name in names), status=status).stderr
+
+
+def test_without_an_angle_gravity_is_not_fitted_and_that_is_said(pendulum_files):
+    assert "velocity.csv has no joint_rad: gravity is not fitted" in identified(pendulum_files, "velocity.csv")
+    done = run("talus-predict", "--model", pendulum_files / "m.yaml", "--out", pendulum_files / "p.csv",
+               pendulum_files / "velocity.csv")
+    assert "gravity is not predicted" in done.stderr
+
+
+def test_recordings_with_and_without_an_angle_are_not_mixed(pendulum_files):
+    said = identified(pendulum_files, "angle.csv", "velocity.csv", status=2)
+    assert "angle.csv has joint_rad and" in said and "velocity.csv has not" in said
+
+
+def test_times_in_another_unit_are_refused(pendulum_files):
+    said = identified(pendulum_files, "small_steps.csv", status=2)
+    assert "small_steps.csv: time_s: the median step is 4.0" in said and "e-12 s, expected seconds" in said
+
+
+@pytest.mark.parametrize("rate, slow", [(250, False), (100, True), (50, True)])
+def test_slow_sampling_is_warned_of(tmp_path, rate, slow):
+    run("talus-sim", "--model", LEG, "--out", tmp_path / "r.csv", "--duration", 30, "--rate", rate)
+    done = run("talus-identify", "-q", "--model", LEG, "--out", tmp_path / "f.yaml", tmp_path / "r.csv")
+    assert ("slow for a low-pass" in done.stderr) == slow

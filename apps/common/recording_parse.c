@@ -17,6 +17,8 @@
 #include "step_median.h"
 #include "text_file.h"
 
+#define LEAST_STEP_S 1e-7 /* no bench samples faster; times in another unit do not pass for seconds */
+
 #define MAX_WORKERS 4
 /* a number takes at least two bytes of text, itself and what follows it */
 #define BLOCK_NUMBERS (TEXT_BLOCK / 2 + TL_CHANNEL_COUNT)
@@ -287,6 +289,9 @@ static int parse_file(struct parser *p, struct worker *w, struct app_error *erro
   }
   if (check_length(p, error) != 0) return -1;
   p->recording->step_s = step_median_value(p->median);
+  if (p->recording->step_s < LEAST_STEP_S)
+    return app_fail(error, APP_BAD_INPUT, "%s: time_s: the median step is %g s, expected seconds",
+                    p->recording->layout.path, p->recording->step_s);
   print_notes(p);
   return 0;
 }

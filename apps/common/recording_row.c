@@ -1,8 +1,14 @@
 /* recording_row.c: one line of a recording as numbers. */
+#include <math.h>
 #include <string.h>
 
 #include "decimal.h"
 #include "recording_layout.h"
+
+/* beyond this a number is no time [s], angle, current or torque; products of such numbers overflow */
+static double largest(const struct layout *layout, int slot) {
+  return layout->channel[slot] == TL_CHANNEL_TIME ? 1e12 : 1e9;
+}
 
 const char *layout_row(const struct layout *layout, const char *c, double *row) {
   const size_t last = layout->fields - 1;
@@ -10,7 +16,8 @@ const char *layout_row(const struct layout *layout, const char *c, double *row) 
     const int slot = layout->slot[i];
     if (slot < 0) {
       while (*c != ',' && *c != '\n') c++;
-    } else if (decimal_parse_padded(c, &row[slot], &c) != DECIMAL_OK)
+    } else if (decimal_parse_padded(c, &row[slot], &c) != DECIMAL_OK ||
+               fabs(row[slot]) > largest(layout, slot))
       return NULL;
     if (i < last && *c++ != ',') return NULL;
   }
@@ -34,8 +41,12 @@ static int read_field(const struct layout *layout, struct field field, int slot,
     return app_fail(error, APP_BAD_INPUT, "%s:%zu: %s: the field is empty, expected a number", layout->path,
                     line, name);
   const enum decimal_status status = decimal_parse(field.begin, x, &end);
-  if (status == DECIMAL_OK && end == field.end) return 0;
   app_printable(text, sizeof text, field.begin, length);
+  if (status == DECIMAL_OK && end == field.end) {
+    if (fabs(*x) <= largest(layout, slot)) return 0;
+    return app_fail(error, APP_BAD_INPUT, "%s:%zu: %s: '%s' is beyond anything physical, expected at most %g",
+                    layout->path, line, name, text, largest(layout, slot));
+  }
   if (status == DECIMAL_NOT_FINITE && end == field.end)
     return app_fail(error, APP_BAD_INPUT, "%s:%zu: %s: '%s' is not a finite number", layout->path, line, name,
                     text);

@@ -138,19 +138,35 @@ static int open_inputs(struct inputs *in, const struct model_file *file, char **
   return 0;
 }
 
-/* bounds from the file; gravity is held where it is 0 or no recording shows an angle */
-static void hold_and_bound(const struct model_file *file, const struct inputs *in, tl_identify_settings *s) {
-  int n, angle = 0;
+/* Is gravity fitted? Not where the model has none, nor where no recording shows an angle; recordings
+ * with and without an angle would hold different models of gravity. */
+static int gravity_is_seen(const struct model_file *file, const struct inputs *in, int *seen,
+                           struct app_error *error) {
+  int with = -1, without = -1;
+
+  *seen = 0;
+  if (file->model.plant != TL_PLANT_PENDULUM || file->model.gravity_moment_kg_m == 0.0) return 0;
+  for (int i = 0; i < in->n; i++)
+    *(stream_regression(in->stream[i])->layout.position[0] != TL_CHANNEL_COUNT ? &with : &without) = i;
+  *seen = with >= 0;
+  if (with >= 0 && without >= 0)
+    return app_fail(error, APP_BAD_INPUT, "%s has joint_rad and %s has not: gravity cannot be fitted to both",
+                    recording_path(in->recording[with]), recording_path(in->recording[without]));
+  if (without >= 0)
+    app_note("%s has no joint_rad: gravity is not fitted", recording_path(in->recording[without]));
+  return 0;
+}
+
+/* bounds from the file; gravity is held where it cannot be fitted */
+static void hold_and_bound(const struct model_file *file, int gravity_seen, tl_identify_settings *s) {
+  int n;
   const tl_parameter *table = tl_parameters(&file->model, &n);
 
-  for (int i = 0; i < in->n; i++)
-    angle |= stream_regression(in->stream[i])->layout.position[0] != TL_CHANNEL_COUNT;
   for (int i = 0; i < n; i++) {
-    int gravity = strncmp(table[i].name, "gravity_", 8) == 0;
     s->bounded[i] = file->bounded[i];
     s->lower[i] = file->lower[i];
     s->upper[i] = file->upper[i];
-    if (gravity && (!angle || file->model.gravity_moment_kg_m == 0.0)) s->fixed[i] = 1;
+    if (strncmp(table[i].name, "gravity_", 8) == 0 && !gravity_seen) s->fixed[i] = 1;
   }
 }
 
@@ -221,7 +237,7 @@ int main(int argc, char **argv) {
   struct model_file file;
   struct app_error error;
   tl_window window;
-  int first, result;
+  int first, result, gravity_seen = 0;
 
   asked.seed = 1;
   asked.threads = asked.particles = asked.iterations = asked.restarts = UINT64_MAX;
@@ -236,8 +252,9 @@ int main(int argc, char **argv) {
   if (!asked.window && file.has_window) window = file.window;
   result = open_inputs(&in, &file, argv + first, argc - first,
                        asked.window || file.has_window ? &window : NULL, &error);
+  if (result == 0) result = gravity_is_seen(&file, &in, &gravity_seen, &error);
   if (result == 0) {
-    hold_and_bound(&file, &in, &settings.identify);
+    hold_and_bound(&file, gravity_seen, &settings.identify);
     result = identify(&file, &settings, &in, argv + first, &error);
   }
   close_inputs(&in);

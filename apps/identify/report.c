@@ -7,6 +7,7 @@
 
 #include "json_file.h"
 
+#define SLOW_WINDOW 1.5   /* a window of so many periods of the low-pass smears what is scored */
 #define POORLY_KNOWN 0.5  /* of the parameter's size: a standard deviation to warn of */
 #define IN_DIRECTION 1e-3 /* share of a null direction from which on a parameter belongs to it */
 
@@ -147,6 +148,19 @@ static void say_windows(const struct report_input *in) {
     }
 }
 
+/* the default window has a least number of samples; where these span more than the scored band allows,
+ * what it smears is no noise and no standard deviation counts it */
+static void warn_of_slow_sampling(const struct report_input *in) {
+  for (int i = 0; i < in->recordings; i++) {
+    const tl_regression *r = stream_regression(in->stream[i]);
+    const tl_sensing *s = &r->sensing[0];
+    if (s->across || s->window.length_s * r->score.lowpass_hz < SLOW_WINDOW) continue;
+    app_note("%s: samples %.3g ms apart are slow for a low-pass of %.3g Hz: friction and inertia may be off by "
+             "more than their standard deviations",
+             in->path[i], 1e3 * r->step_s, r->score.lowpass_hz);
+  }
+}
+
 static void say_parameters(const struct report_input *in) {
   const tl_problem *p = &in->fit->problem;
   const tl_identify_result *r = &in->fit->result;
@@ -206,6 +220,7 @@ void report_warn(const struct report_input *in) {
   char text[REPORT_TEXT];
   unsigned told = 0;
 
+  warn_of_slow_sampling(in);
   for (int k = 0; k < r->null_count; k++)
     if (report_null_text(in, k, &told, text, sizeof text)) app_note("not identifiable (*): %s", text);
   for (int i = 0; i < p->parameters; i++) {

@@ -32,6 +32,13 @@ static enum cli_result check_result(const char *recording) {
   return CLI_RUN;
 }
 
+/* gravity needs the angle */
+static void note_gravity(const tl_model *model, const struct stream *stream, const char *path) {
+  if (model->plant == TL_PLANT_PENDULUM && model->gravity_moment_kg_m != 0.0 &&
+      stream_regression(stream)->layout.position[0] == TL_CHANNEL_COUNT)
+    app_note("%s has no joint_rad: gravity is not predicted", path);
+}
+
 static int predict(const struct model_file *file, struct recording *recording, struct app_error *error) {
   struct stream *stream =
       stream_open(recording, &file->model, &file->score, file->has_window ? &file->window : NULL, error);
@@ -39,6 +46,7 @@ static int predict(const struct model_file *file, struct recording *recording, s
   int result, ready = 0;
 
   if (stream && stream_set_effects(stream, file->effect, file->effects, error) == 0) ready = 1;
+  if (ready) note_gravity(&file->model, stream, recording_path(recording));
   out = ready ? output_open(asked.out, error) : NULL;
   result = out ? predict_write(out, recording, stream, &file->model, error) : -1;
 
