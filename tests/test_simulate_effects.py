@@ -410,8 +410,8 @@ def test_the_two_encoders_of_the_ankle_tell(effect, joint, parameters, tmp_path)
     """Joint less motor through the linkage is minus the foot's load over the stiffness, or half the gap to its other side."""
     model = model_with(tmp_path / "e.yaml", "leg", (effect, joint, parameters))
     recording, motion = simulate(tmp_path, model, "--excitation", "ramps")
-    transmission = leg().drive[1].transmission
-    address = ffi.new("tl_transmission *", transmission)
+    plain = leg()  # owns the memory that the transmission lies in
+    address = ffi.new("tl_transmission *", plain.drive[1].transmission)
     motor = np.array([lib.tl_transmission_joint_angle(address, x) for x in recording["ankle_motor_rad"]])
     difference = recording["ankle_joint_rad"] - motor
     foot, ankle = motion["knee_position_rad"] + motion["ankle_position_rad"], motion["ankle_position_rad"]
