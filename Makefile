@@ -106,7 +106,14 @@ else
 programs:
 	@echo 'not built: the programs (missing: $(APP_MISSING)); `make deps` installs what they need'
 endif
-all: library python-side programs
+all: library python-side programs $(BUILD)/bin/talus-gap
+
+# talus-gap is Python (tools/gap): what stands in bin/ finds an interpreter for it.
+$(BUILD)/bin/talus-gap: tools/gap/start.sh
+	$(say) GEN $@
+	@mkdir -p $(@D)
+	$(Q)sed -e 's|@ROOT@|$(CURDIR)|' -e 's|@BUILD@|$(abspath $(BUILD))|' $< >$@.new
+	$(Q)chmod +x $@.new && mv $@.new $@
 
 # Holds the flags' hash and is touched only when it changes: whatever is linked
 # depends on it, so a change of flags links again from the right objects.

@@ -57,6 +57,14 @@ class Page:
         )
         self._body.append(f"<figure>\n<figcaption>{escape(title)}</figcaption>\n{canvases}</figure>\n")
 
+    def bars(self, title, x_label, labels, values):
+        """Horizontal bars from zero, one a label."""
+        bars = {"form": "bars", "title": title, "x": x_label, "y": "", "labels": labels, "values": values, "series": []}
+        self._charts.append(bars)
+        self._body.append(f"<figure>\n<figcaption>{escape(title)}</figcaption>\n"
+                          f'<div class="plot low"><canvas role="img" aria-label="{escape(title)}"></canvas></div>\n'
+                          "</figure>\n")  # fmt: skip
+
     @staticmethod
     def _chart(title, x_label, y_label, series):
         number = lambda x: None if math.isnan(x) else float(f"{x:.9g}")  # noqa: E731

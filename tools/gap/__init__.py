@@ -1,0 +1,22 @@
+"""The diagnosis behind talus-gap: where the gap between a model and its recordings lies, and what causes it.
+
+One file, one subject, in the order in which a diagnosis runs:
+
+    track.py            one recording: motion, regressor, and the operator that every column passes through
+    noise.py            periods, blocks and the noise floor of each channel
+    evidence.py         channels of all recordings as weighted rows
+    scene.py            the plain model's torques along one recording, which the effects are made of
+    catalogue/          candidates: every effect, joint and shape
+    gram.py             normal equations by block, fits and their error on blocks held out
+    search.py           which effects, up to three
+    verdict.py          probabilities, none and unknown
+    figures.py          the gap in the contract's figures
+    where.py            maps of the systematic residual
+    experiment.py       what to record next
+    report.py           GAP.json
+    fitted.py           the model with its effects
+    picture.py          the page
+    command.py          the command line
+
+docs/diagnosis.md has the method and the reason of every constant.
+"""

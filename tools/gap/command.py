@@ -1,0 +1,229 @@
+"""talus-gap: the command line."""
+
+import getopt
+import json
+import os
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+import yaml
+
+import talus
+from talus import constants
+
+from . import experiment, fitted, picture, report
+from .evidence import Evidence
+from .search import search
+from .track import Track
+from .verdict import judge
+
+NAME = "talus-gap"
+USAGE = """\
+usage: talus-gap --model M.yaml --report GAP.json [OPTION...] REC.csv...
+
+says where the gap between a model and its recordings lies, which effect causes it and how far it shrinks
+
+  -m, --model M.yaml           the model to start from
+  -r, --report GAP.json        the diagnosis, for machines
+      --html GAP.html          the diagnosis as a page
+      --save-model FITTED.yaml the identified model, extended by the effects that were found
+      --seed N                 seed of all random numbers (default 1)
+  -q, --quiet                  say nothing but warnings
+  -h, --help                   print this text
+      --version                print the version
+
+The same seed, recordings and version give the same bytes in GAP.json and FITTED.yaml.
+"""
+LARGEST_SEED = 2**64 - 1
+
+
+class Refused(Exception):
+    """Ends the program with a status and one line on standard error."""
+
+    def __init__(self, status, text):
+        super().__init__(text)
+        self.status, self.text = status, text
+
+
+class Options:
+    """The command line, parsed."""
+
+    def __init__(self, arguments):
+        self.seed, self.quiet = "1", False
+        long = ["model=", "report=", "html=", "save-model=", "seed=", "quiet", "help", "version"]
+        try:
+            pairs, self.recordings = getopt.gnu_getopt(arguments, "m:r:qh", long)
+        except getopt.GetoptError as error:
+            raise Refused(2, f"{error.msg}; {NAME} --help says what there is") from error
+        short = {"-m": "--model", "-r": "--report", "-q": "--quiet", "-h": "--help"}
+        self.flags = {short.get(name, name): value for name, value in pairs}
+
+    def check(self):
+        """What must be there is there."""
+        for name in ("--model", "--report"):
+            if not self.flags.get(name):
+                raise Refused(2, f"{name} is missing; {NAME} --help says what there is")
+        if not self.recordings:
+            raise Refused(2, f"no recording; {NAME} --help says what there is")
+        self.seed = self.flags.get("--seed", "1")
+        if not (self.seed.isascii() and self.seed.isdigit() and int(self.seed) <= LARGEST_SEED):
+            raise Refused(2, f"--seed: expected a whole number from 0 to {LARGEST_SEED}, found '{self.seed}'")
+        self.quiet = "--quiet" in self.flags
+        outputs = [self.flags[name] for name in ("--report", "--html", "--save-model") if name in self.flags]
+        if len({os.path.realpath(path) for path in outputs}) < len(outputs):
+            raise Refused(2, "two outputs have the same name")
+        inputs = {os.path.realpath(path) for path in (self.flags["--model"], *self.recordings)}
+        for path in outputs:
+            if os.path.realpath(path) in inputs:
+                raise Refused(2, f"{path}: is an input and an output")
+
+
+class Progress:
+    """A line that draws over itself on a terminal; nothing elsewhere."""
+
+    def __init__(self, quiet):
+        self.shown = sys.stderr.isatty() and not quiet
+
+    def __call__(self, text):
+        if self.shown:
+            print(f"\r\033[K{NAME}: {text}", end="", file=sys.stderr, flush=True)
+
+    def end(self):
+        if self.shown:
+            print("\r\033[K", end="", file=sys.stderr, flush=True)
+
+
+def say(text):
+    print(text, file=sys.stderr)
+
+
+# ---- inputs ------------------------------------------------------------------------
+
+
+def identify(options):
+    """(report, model file's mapping) of talus-identify, which checks every input on the way."""
+    program = Path(os.environ.get("TALUS_BUILD") or "build") / "bin" / "talus-identify"
+    with tempfile.TemporaryDirectory(prefix="talus-gap-") as folder:
+        outputs = [Path(folder) / name for name in ("fitted.yaml", "report.json")]
+        command = [program, "--model", options.flags["--model"], "--out", outputs[0], "--report", outputs[1],
+                   "--seed", options.seed, "--quiet", "--", *options.recordings]  # fmt: skip
+        try:
+            done = subprocess.run(command, check=False, capture_output=True, text=True)
+        except OSError as error:
+            raise Refused(1, f"{program}: {error.strerror}") from error
+        words = done.stderr.replace("talus-identify", NAME).rstrip("\n")
+        if done.returncode != 0:
+            raise Refused(2 if done.returncode == 2 else 1, words.removeprefix(f"{NAME}: "))
+        if words:
+            say(words)
+        return json.loads(outputs[1].read_text()), yaml.safe_load(outputs[0].read_text())
+
+
+def read_tracks(options, tree, model):
+    """Recordings under the model."""
+    return [Track(model, talus.Recording.read(path, tree.get("score")), path) for path in options.recordings]
+
+
+# ---- outputs -----------------------------------------------------------------------
+
+
+def write_all(texts):
+    """Files appear whole or not at all: all are written beside their places first, then renamed."""
+    waiting = []
+    try:
+        for path, text in texts.items():
+            temporary = f"{path}.{os.getpid()}.tmp"
+            waiting.append((temporary, path))
+            with open(temporary, "x", encoding="utf-8") as file:
+                file.write(text)
+                file.flush()
+                os.fsync(file.fileno())
+        for temporary, path in waiting:
+            if os.path.isdir(path):
+                raise OSError(21, "Is a directory", path)
+            os.replace(temporary, path)
+    except OSError as error:
+        for temporary, _ in waiting:
+            if os.path.exists(temporary):
+                os.unlink(temporary)
+        raise Refused(1, f"{path}: cannot be written: {error.strerror}") from error
+
+
+def summary(found):
+    """The diagnosis in a few lines for a person."""
+    verdict = found["verdict"]
+    yield f"{picture.sentence(found)}"
+    for item in found["alternatives"][:3]:
+        if item["probability"] >= 0.01:
+            yield f"  or {item['effect']} of {item['joint']}: probability {item['probability']:.2f}"
+    for joint, gap in found["gap"].items():
+        unit = gap["unit"]
+        yield (f"{joint}: {gap['nominal_rms']:.4g} {unit} as given, {gap['identified_rms']:.4g} identified, "
+               f"{gap['extended_rms']:.4g} with effects, {gap['noise_floor_rms']:.4g} noise")  # fmt: skip
+    if verdict["effect"] != "none":
+        yield f"next: {found['next_experiment']['why']}"
+
+
+# ---- the program -------------------------------------------------------------------
+
+
+def diagnose(options, step):
+    """(diagnosis, model file's mapping, model)."""
+    step("identification")
+    identification, tree = identify(options)
+    if tree.get("effects"):
+        say(f"{NAME}: note: the model's own effects are left out of the diagnosis, and looked for anew")
+    with open(options.flags["--model"], encoding="utf-8") as file:
+        given = talus.Model.from_tree(yaml.safe_load(file))
+    model = talus.Model.from_tree(tree)
+    tracks = read_tracks(options, tree, given)
+    reason = experiment.too_poor(tracks)
+    if reason:
+        return report.poor(identification, reason), tree, model
+    evidence = Evidence(given, [track for track in tracks if track.parts], tree)
+    finished, fit = search(evidence, list(model.base.values()), step)
+    step("maps")
+    return report.diagnosis(finished, judge(finished, fit)), tree, model
+
+
+def run(arguments):
+    """The program; raises Refused."""
+    options = Options(arguments)
+    if "--help" in options.flags:
+        print(USAGE, end="")
+        return
+    if "--version" in options.flags:
+        print(f"{NAME} {constants.TL_VERSION}")
+        return
+    options.check()
+    step = Progress(options.quiet)
+    try:
+        found, tree, model = diagnose(options, step)
+        texts, notes = {options.flags["--report"]: report.to_text(found.report)}, []
+        if "--save-model" in options.flags:
+            texts[options.flags["--save-model"]], notes = fitted.model_text(tree, model, found)
+        if "--html" in options.flags:
+            step("page")
+            texts[options.flags["--html"]] = picture.page(found, options)
+    finally:
+        step.end()
+    write_all(texts)
+    for note in notes:
+        say(f"{NAME}: note: {note}")
+    if not options.quiet:
+        for line in summary(found.report):
+            say(line)
+
+
+def main(arguments):
+    """Exit status of the program."""
+    try:
+        run(arguments)
+    except Refused as refused:
+        say(f"{NAME}: {refused.text}")
+        return refused.status
+    except KeyboardInterrupt:
+        return 130
+    return 0

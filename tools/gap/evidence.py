@@ -1,0 +1,142 @@
+"""What all recordings show, as weighted rows: the joints' torques, and where a second sensor sees an angle, its
+difference from the motor's.
+
+A channel is one kind of reading in one recording: T0 and T1 the torque of the first and second joint, E the ankle
+encoder less the motor's angle through the linkage, K and F the camera's angles less the motors'. Rows are divided
+by the channel's noise, so that their sum of squares is chi-square with (rows x noise bandwidth) degrees of freedom.
+"""
+
+import numpy as np
+
+from . import noise
+from .linkage import transmission
+
+SCORED, NEAR_STOP = 1, 2
+
+
+class Channel:
+    """One kind of reading of one recording on the grid."""
+
+    def __init__(self, record, kind, values, scored):
+        self.record, self.kind, self.values = record, kind, values
+        self.rows = np.flatnonzero(scored)
+
+
+class Evidence:
+    """All recordings of one diagnosis under one model."""
+
+    def __init__(self, model, tracks, tree):
+        self.model, self.tracks, self.tree = model, tracks, tree
+        self.leg = model.plant == "leg"
+        self.joints, self.bases = len(model.joints), len(model.base)
+        self.prior = np.array(list(model.base.values()))
+        self.velocity_only = model.plant == "pendulum" and "joint_rad" not in tracks[0].columns
+        self.load_sensor = "joint_load_Nm" in tracks[0].columns
+        if self.leg:
+            self.transmissions = [transmission(tree[joint]["transmission"]) for joint in model.joints]
+            self.ankle_rad = [self.transmissions[1].joint_rad(t.columns["ankle_motor_rad"]) for t in tracks]
+        self.channels = [c for record in range(len(tracks)) for c in self._channels(record)]
+        self.kinds = sorted({c.kind for c in self.channels})
+        self.angle_kinds = [kind for kind in ("E", "K", "F") if kind in self.kinds]
+        self.bandwidth = [track.noise_bandwidth() for track in tracks]
+        self.periods_s = [noise.find_period_s(track) for track in tracks]
+        self._find_sigma()
+        self._find_blocks()
+
+    # ---- channels ------------------------------------------------------------------
+
+    def _channels(self, record):
+        track = self.tracks[record]
+        for joint in range(self.joints):
+            yield Channel(record, f"T{joint}", track.target[joint], track.kind[joint] == SCORED)
+        for kind in ("E", "K", "F") if self.leg else ():
+            raw = self.raw(record, kind)
+            if raw is not None:
+                yield Channel(record, kind, track.operate(raw), track.kind[0 if kind == "K" else 1] != 0)
+
+    def raw(self, record, kind):
+        """A channel's reading at the samples; None where the recording lacks it."""
+        columns = self.tracks[record].columns
+        if kind[0] == "T":
+            return self.effort(record, int(kind[1]))
+        if kind == "E" and "ankle_joint_rad" in columns:
+            return columns["ankle_joint_rad"] - self.ankle_rad[record]
+        if kind == "K" and "shank_rad" in columns:
+            return columns["shank_rad"] - self.transmissions[0].joint_rad(columns["knee_motor_rad"])
+        if kind == "F" and "shank_rad" in columns and "foot_rad" in columns:
+            return columns["foot_rad"] - columns["shank_rad"] - self.ankle_rad[record]
+        return None
+
+    def effort(self, record, joint):
+        """The measured torque or force of a joint at the samples, unfiltered."""
+        columns = self.tracks[record].columns
+        if self.leg:
+            name = self.model.joints[joint]
+            return columns[f"{name}_current_A"] * self.tree[name]["torque_constant_Nm_A"]
+        for name in ("joint_load_Nm", "joint_torque_Nm", "slider_force_N"):
+            if name in columns:
+                return columns[name]
+        return columns["joint_current_A"] * self.drive_gain()
+
+    def drive_gain(self):
+        """Joint torque per ampere of a single joint."""
+        joint = self.tree["joint"]
+        return joint["torque_constant_Nm_A"] * abs(joint.get("transmission", {}).get("ratio", 1.0))
+
+    # ---- noise and blocks ----------------------------------------------------------
+
+    def _find_sigma(self):
+        """Standard deviation of each kind's noise at the samples."""
+        self.sigma = {}
+        for kind in self.kinds:
+            mine = [c for c in self.channels if c.kind == kind]
+            repeats = [(s, len(c.rows)) for c in mine if (s := self._repeat_sigma(c)) is not None]
+            found = repeats or [(noise.above_motion(self.raw(c.record, kind)), len(self.tracks[c.record].t_s)) for c in mine]
+            self.sigma[kind] = float(np.sqrt(sum(s * s * n for s, n in found) / max(sum(n for _, n in found), 1)))
+            self.sigma[kind] = max(self.sigma[kind], 1e-12)
+        if "E" in self.sigma:  # quantisation repeats with the motion, so repeats do not show all of it
+            columns = self.tracks[0].columns
+            ratio = np.median(np.abs(self.transmissions[1].ratio(self.ankle_rad[0])))
+            steps = noise.least_step(columns["ankle_joint_rad"]), noise.least_step(columns["ankle_motor_rad"]) / ratio
+            self.sigma["E"] = max(self.sigma["E"], np.hypot(*steps) / np.sqrt(12))
+
+    def _repeat_sigma(self, channel):
+        track, period_s = self.tracks[channel.record], self.periods_s[channel.record]
+        if period_s is None:
+            return None
+        mask = np.zeros(len(channel.values), bool)
+        mask[channel.rows] = True
+        found = noise.repeat_deviation(track, channel.values, mask, period_s)
+        return None if found is None else found / np.sqrt(self.bandwidth[channel.record])
+
+    def _find_blocks(self):
+        """Block of every grid instant: whole periods, or about the wanted length."""
+        wanted_s = noise.block_length_s(sum(track.grid_t_s[-1] - track.grid_t_s[0] for track in self.tracks))
+        self.block_of, self.block_record = [], []
+        for record, track in enumerate(self.tracks):
+            period_s = self.periods_s[record]
+            length_s = wanted_s if period_s is None else max(1, round(wanted_s / period_s)) * period_s
+            t = track.grid_t_s - track.grid_t_s[0]
+            count = max(2, round(t[-1] / length_s))
+            number = np.minimum((t / t[-1] * count).astype(int), count - 1)
+            self.block_of.append(number + len(self.block_record))
+            self.block_record += [record] * count
+        self.blocks, self.block_record = len(self.block_record), np.array(self.block_record)
+        self.folds = np.arange(self.blocks) % 5
+
+    # ---- rows ----------------------------------------------------------------------
+
+    def base_columns(self, channel):
+        """Regressor of a channel's rows: the base parameters, then a zero for each kind of angle."""
+        out = np.zeros((len(channel.rows), self.bases + len(self.angle_kinds)))
+        if channel.kind[0] == "T":
+            track, joint = self.tracks[channel.record], int(channel.kind[1])
+            out[:, track.index[joint]] = track.x[joint][channel.rows]
+        else:
+            out[:, self.bases + self.angle_kinds.index(channel.kind)] = 1
+        return out
+
+    def freedom(self, torque_only=False):
+        """Degrees of freedom of the noise over all rows."""
+        return float(sum(len(c.rows) * self.bandwidth[c.record] for c in self.channels
+                         if not torque_only or c.kind[0] == "T"))  # fmt: skip

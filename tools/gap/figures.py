@@ -1,0 +1,105 @@
+"""The gap in the contract's figures: what each model leaves on blocks that its fit has not seen."""
+
+import numpy as np
+
+from .evidence import NEAR_STOP
+
+
+class Residuals:
+    """Residuals of one fit on the grid, by (record, kind): every block by the fit that left out its fold."""
+
+    def __init__(self, search, chosen):
+        evidence = search.evidence
+        strengths = search.gram.fold_strengths(search.columns(chosen))
+        self.strengths = strengths[-1]
+        self.of = {}
+        columns = [column for candidate in chosen for column in candidate.columns]
+        for record, scene in enumerate(search.scenes):
+            shown = [column(scene) for column in columns]
+            fold = evidence.folds[evidence.block_of[record]]
+            for channel in evidence.channels:
+                if channel.record == record:
+                    self.of[record, channel.kind] = self._of(evidence, channel, shown, strengths[fold])
+
+    @staticmethod
+    def _of(evidence, channel, shown, strengths):
+        every = np.arange(len(channel.values))
+        whole = type(channel)(channel.record, channel.kind, channel.values, np.ones(len(every), bool))
+        base = evidence.base_columns(whole)
+        out = channel.values - np.einsum("ij,ij->i", base, strengths[:, :base.shape[1]])
+        for k, column in enumerate(shown):
+            if channel.kind in column:
+                out = out - strengths[:, base.shape[1] + k] * column[channel.kind]
+        return out
+
+
+def given_residuals(evidence, record, joint):
+    """Residual of the model as given, on the grid."""
+    track = evidence.tracks[record]
+    return track.target[joint] - track.x[joint] @ evidence.prior[track.index[joint]]
+
+
+def root_mean_square(parts):
+    values = np.concatenate(parts)
+    return float(np.sqrt(np.mean(values**2))) if len(values) else 0.0
+
+
+def torque_rms(evidence, residuals, joint):
+    """RMS over the scored rows of one joint."""
+    channels = [c for c in evidence.channels if c.kind == f"T{joint}"]
+    return root_mean_square([residuals.of[c.record, c.kind][c.rows] for c in channels])
+
+
+def noise_floor(evidence, joint):
+    """RMS of the filtered noise on the scored rows."""
+    channels = [c for c in evidence.channels if c.kind == f"T{joint}"]
+    total = sum(len(c.rows) for c in channels)
+    power = sum(len(c.rows) * evidence.bandwidth[c.record] for c in channels) / max(total, 1)
+    return float(evidence.sigma[f"T{joint}"] * np.sqrt(power))
+
+
+def closed_fraction(identified, extended, floor):
+    """Share of the systematic gap that the effects close, in [0, 1]."""
+    if identified <= floor:
+        return 0.0
+    return float(np.clip((identified**2 - extended**2) / (identified**2 - floor**2), 0.0, 1.0))
+
+
+def gap(evidence, before, after):
+    """`gap` of the report."""
+    out = {}
+    for joint, name in enumerate(evidence.model.joints):
+        channels = [c for c in evidence.channels if c.kind == f"T{joint}"]
+        nominal = root_mean_square([given_residuals(evidence, c.record, joint)[c.rows] for c in channels])
+        near = root_mean_square([after.of[c.record, c.kind][evidence.tracks[c.record].kind[joint] == NEAR_STOP]
+                                 for c in channels])  # fmt: skip
+        identified, extended = (torque_rms(evidence, r, joint) for r in (before, after))
+        floor = noise_floor(evidence, joint)
+        out[name] = {
+            "unit": "N" if evidence.model.plant == "slider" else "Nm",
+            "nominal_rms": nominal,
+            "identified_rms": identified,
+            "extended_rms": extended,
+            "noise_floor_rms": floor,
+            "closed_fraction": closed_fraction(identified, extended, floor),
+            "reversal_rms": near,
+        }
+    return out
+
+
+def effects(search, fit, before):
+    """`effects` of the report: each effect with the gap of its joint before and after it was added."""
+    evidence, out, last = search.evidence, [], before
+    for k, candidate in enumerate(fit.chosen):
+        now = Residuals(search, fit.chosen[:k + 1])
+        joints = evidence.model.joints
+        joint = joints.index(candidate.joint) if candidate.joint in joints else 0
+        out.append({
+            "effect": candidate.effect,
+            "joint": candidate.joint,
+            "parameters": candidate.parameters(fit.strengths[k]),
+            "gap_before": torque_rms(evidence, last, joint),
+            "gap_after": torque_rms(evidence, now, joint),
+        })  # fmt: skip
+        last = now
+    return out

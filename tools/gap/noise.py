@@ -1,0 +1,87 @@
+"""The noise floor from the data itself: what differs between repeated periods, else what lies above the motion."""
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+from scipy.stats import chi2
+
+BLOCK_S = 4.0  # longer than the memory of friction, springs and mount
+SHORTEST_BLOCK_S = 1.0
+WANTED_BLOCKS = 20  # short recordings get shorter blocks: a gain is judged by its spread over blocks
+SHORTEST_PERIOD_S = 0.5
+REPEATS_BELOW = 1e-3  # mismatch of the angle, over twice its variance, of a motion that repeats
+FEWEST_REPEATED_ROWS = 50
+
+
+def robust_deviation(x):
+    """Standard deviation by the median absolute deviation."""
+    return 1.4826 * np.median(np.abs(x - np.median(x)))
+
+
+def above_motion(raw):
+    """Standard deviation of white noise on samples: third differences remove any motion that is smooth over four
+    samples, and multiply white noise by sqrt(20)."""
+    return robust_deviation(np.diff(raw, 3)) / np.sqrt(20.0)
+
+
+def block_length_s(time_s):
+    """Length of a block for recordings of this total length."""
+    return float(np.clip(time_s / WANTED_BLOCKS, SHORTEST_BLOCK_S, BLOCK_S))
+
+
+def find_period_s(track):
+    """Shortest lag at which all joint angles repeat, or None."""
+    angles = [track.resample(q) for q in track.q]
+    n, step_s = len(angles[0]), track.step_s
+    if len(track.parts) != 1 or min(np.var(x) for x in angles) < 1e-12:
+        return None
+
+    def mismatch(lag):
+        return max(np.mean((x[lag:] - x[:-lag]) ** 2) / (2 * np.var(x) + 1e-30) for x in angles)
+
+    stride = max(1, int(0.02 / step_s))
+    lags = np.arange(int(SHORTEST_PERIOD_S / step_s), int(n / 2.5), stride)
+    found = np.array([mismatch(lag) for lag in lags])
+    below = np.flatnonzero(found < REPEATS_BELOW)
+    if not len(below):
+        return None
+    k = below[0]
+    while k + 1 < len(found) and found[k + 1] < found[k]:
+        k += 1
+    near = np.arange(max(1, lags[k] - stride), lags[k] + stride + 1)
+    fine = [mismatch(lag) for lag in near]
+    i = int(np.argmin(fine))
+    shift = 0.0
+    if 0 < i < len(fine) - 1:  # parabola through the three lowest
+        shift = 0.5 * (fine[i - 1] - fine[i + 1]) / (fine[i - 1] - 2 * fine[i] + fine[i + 1])
+    return (near[i] + shift) * step_s
+
+
+def repeat_deviation(track, values, mask, period_s):
+    """Standard deviation of filtered noise by what differs between periods at the same phase, or None.
+
+    Second differences from period to period let a level or a slope over time pass unseen; the median over phases,
+    corrected for its distribution, lets pass the few phases at which a reversal falls a sample earlier or later."""
+    t = track.grid_t_s - track.grid_t_s[0]
+    periods = int((t[-1] + track.step_s) / period_s)
+    if periods < 3:
+        return None
+    phase = np.arange(int(period_s / track.step_s)) * track.step_s
+    spline = CubicSpline(t, values)
+    every = np.array([spline(np.minimum(phase + k * period_s, t[-1])) for k in range(periods)])
+    known = np.array([np.interp(phase + k * period_s, t, mask.astype(float)) for k in range(periods)]) > 0.99
+    full = known.all(0)
+    if full.sum() < FEWEST_REPEATED_ROWS:
+        return None
+    second = periods >= 4
+    change = np.diff(every[:, full], 2 if second else 1, axis=0)
+    variance = (change**2).mean(0) / (6 if second else 2)
+    # degrees of freedom of overlapping differences
+    freedom = 0.59 * (periods - 2) + 0.2 if second else 0.67 * (periods - 1)
+    return np.sqrt(np.median(variance) / (chi2.median(freedom) / freedom))
+
+
+def least_step(values):
+    """The sensor's step: the smallest change that occurs."""
+    change = np.abs(np.diff(values))
+    change = change[change > 1e-9]
+    return change.min() if len(change) else 0.0

@@ -1,0 +1,75 @@
+"""GAP.json."""
+
+import json
+import math
+
+from . import experiment, figures
+from .where import where
+
+SCHEMA = "talus-gap/1"
+
+
+class Diagnosis:
+    """All that was found: the report, and what the page draws beside it."""
+
+    def __init__(self, report, search=None, fit=None, before=None, after=None, maps=None, maps_after=None):
+        self.report, self.search, self.fit = report, search, fit
+        self.before, self.after, self.maps, self.maps_after = before, after, maps or {}, maps_after or {}
+
+
+def diagnosis(search, verdict):
+    """The diagnosis of a finished search."""
+    evidence, fit = search.evidence, verdict.fit
+    before = figures.Residuals(search, [])
+    after = figures.Residuals(search, fit.chosen) if fit.chosen else before
+    entries, maps = where(search, before)
+    maps_after = where(search, after)[1] if fit.chosen else maps
+    named = verdict.probabilities[0]
+    report = {
+        "schema": SCHEMA,
+        "verdict": entry(*named),
+        "alternatives": [entry(*p) for p in verdict.probabilities[1:]],
+        "effects": [],
+        "gap": figures.gap(evidence, before, after),
+        "motion": {},
+        "where": entries,
+        "confusable": [
+            {"effects": [named[1], effect], "joint": joint, "separation": math.log(named[0] / p)}
+            for p, effect, joint in verdict.confusable()
+        ],
+        "next_experiment": experiment.propose(verdict),
+    }
+    listed = figures.effects(search, fit, before)
+    keys = [c.key for c in fit.chosen]
+    for item in listed:
+        own = [p for p, effect, joint in verdict.probabilities if (effect, joint) == (item["effect"], item["joint"])]
+        first = keys.index((item["effect"], item["joint"])) == 0
+        # further effects were added because held-out data asked for them: as sure as that something explains it
+        item["probability"] = own[0] if own and first else known_probability(verdict)
+    order = ("effect", "joint", "probability", "parameters", "gap_before", "gap_after")
+    report["effects"] = [{name: item[name] for name in order} for item in listed]
+    return Diagnosis(report, search, fit, before, after, maps, maps_after)
+
+
+def known_probability(verdict):
+    return 1.0 - sum(p for p, effect, _ in verdict.probabilities if effect == "unknown")
+
+
+def poor(identification, reason):
+    """The report on recordings that cannot carry a diagnosis; figures are those of the identification."""
+    gap = {}
+    for joint, error in identification["error"].items():
+        gap[joint] = {"unit": error["unit"], "nominal_rms": error["nominal_rms"],
+                      "identified_rms": error["identified_rms"], "extended_rms": error["identified_rms"],
+                      "noise_floor_rms": 0.0, "closed_fraction": 0.0, "reversal_rms": 0.0}  # fmt: skip
+    return Diagnosis({"schema": SCHEMA, "verdict": entry(1.0, "unknown", "none"), "alternatives": [], "effects": [],
+                      "gap": gap, "motion": {}, "where": [], "confusable": [],
+                      "next_experiment": {"why": reason[0].upper() + reason[1:], "trajectory": None}})  # fmt: skip
+
+
+def entry(probability, effect, joint):
+    return {"effect": effect, "joint": joint, "probability": probability}
+
+
+def to_text(report):
+    return json.dumps(report, indent=1, allow_nan=False) + "\n"

@@ -1,0 +1,128 @@
+"""One recording under one model: its motion, its regressor, and the operator that every column passes through.
+
+The operator is that of the score: what is known at the recording's samples is bridged over the joint's stops,
+put on an even grid and low-passed, so that a candidate's column meets the measured torque like for like.
+"""
+
+import numpy as np
+
+import talus
+from talus import ffi, lib, pointer
+
+LONGEST_STOP_S = 0.1  # a joint that rests longer is at rest, not passing a reversal
+
+
+class Track:
+    """One recording. Arrays at the recording's samples have n columns, arrays on the grid one entry an instant."""
+
+    MOTION = ("q", "v", "a", "slip", "speed")
+
+    def __init__(self, model, recording, name=""):
+        self.name, self.model, self.recording = name, model, recording
+        self.columns, self.t_s, self.step_s = recording.columns, recording.t, recording.step_s
+        self.joints = len(model.joints)
+        self.regression = talus.Regression(model, recording)
+        n = len(self.t_s)
+        self.q, self.v, self.a, self.slip, self.speed = (np.zeros((self.joints, n)) for _ in self.MOTION)
+        self.raw = [np.zeros((n, len(model.base))) for _ in range(self.joints)]
+        self.parts = []
+        for begin, end in recording.segments():
+            if self.t_s[end - 1] - self.t_s[begin] >= 3 * recording.score.trim_s:
+                self._add_part(begin, end)
+        if self.parts:
+            self._gather()
+
+    def _add_part(self, begin, end):
+        space, alive = self.regression._segment(begin, end)
+        for name in self.MOTION:
+            for joint in range(self.joints):
+                values = ffi.buffer(getattr(space.track, name)[joint], 8 * (end - begin))
+                getattr(self, name)[joint, begin:end] = np.frombuffer(values)
+        rows = [self.regression._copy_rows(space.rows[joint]) for joint in range(self.joints)]
+        for joint, row in enumerate(rows):
+            for k, base in enumerate(row.index):
+                column = ffi.buffer(space.raw[joint] + k * space.capacity, 8 * (end - begin))
+                self.raw[joint][begin:end, base] = np.frombuffer(column)
+        stops = [self._stops(space, joint, begin) for joint in range(self.joints)]
+        self.parts.append({"begin": begin, "end": end, "stops": stops, "rows": rows, "n": len(rows[0].t)})
+        del alive
+
+    def _stops(self, space, joint, begin):
+        """(last sample before, first sample after, begin [s]) of each short stop of a joint."""
+        out = []
+        for k in range(space.track.stops[joint]):
+            stop = space.track.stop[joint][k]
+            if stop.before > 1 << 60 or stop.after > 1 << 60:  # open: at an end of the segment
+                continue
+            if self.t_s[begin + stop.after] - self.t_s[begin + stop.before] <= LONGEST_STOP_S:
+                out.append((begin + stop.before, begin + stop.after, stop.begin_s))
+        return out
+
+    def _gather(self):
+        def joined(joint, field):
+            return np.concatenate([getattr(part["rows"][joint], field) for part in self.parts])
+
+        self.grid_t_s = joined(0, "t")
+        every = range(self.joints)
+        self.kind = [joined(j, "kind") for j in every]
+        self.x = [joined(j, "x") for j in every]
+        self.target = [joined(j, "target") for j in every]
+        self.measured = [joined(j, "measured") for j in every]
+        self.index = [self.parts[0]["rows"][j].index for j in every]
+        self._bridges = [self._bridge_weights(j) for j in every]
+
+    def _bridge_weights(self, joint):
+        inside, before, after, weight = [np.zeros(0, int)], [np.zeros(0, int)], [np.zeros(0, int)], [np.zeros(0)]
+        for part in self.parts:
+            for a, b, begin_s in part["stops"][joint]:
+                i = np.arange(a + 1, b)
+                inside.append(i)
+                before.append(np.full(len(i), a))
+                after.append(np.full(len(i), b))
+                weight.append(np.clip((self.t_s[i] - begin_s) / (self.t_s[b] - begin_s), 0, None) ** 2)
+        return tuple(np.concatenate(x) for x in (inside, before, after, weight))
+
+    def bridge(self, samples, joint):
+        """In a stop friction and inertia jump against each other and only their sum is smooth: the values there
+        are those beside it, blended as the joint lets go."""
+        inside, before, after, weight = self._bridges[joint]
+        out = np.array(samples, float)
+        out[inside] = (1 - weight) * out[before] + weight * out[after]
+        return out
+
+    def resample(self, samples):
+        """Samples -> even grid, segment by segment."""
+        samples, out = np.ascontiguousarray(samples, dtype=float), []
+        for part in self.parts:
+            b, e, values = part["begin"], part["end"], np.empty(part["n"])
+            lib.tl_grid_resample(pointer(self.t_s) + b, pointer(samples) + b, e - b, part["rows"][0].t[0], self.step_s,
+                                 pointer(values), part["n"])  # fmt: skip
+            out.append(values)
+        return np.concatenate(out)
+
+    def lowpass(self, grid):
+        """The score's zero-phase filter on the grid, segment by segment."""
+        out, begin = np.array(grid, float), 0
+        for part in self.parts:
+            piece = np.ascontiguousarray(out[begin:begin + part["n"]])
+            lib.tl_lowpass_zero_phase(ffi.addressof(self.regression.struct, "lowpass"), pointer(piece), part["n"])
+            out[begin:begin + part["n"]] = piece
+            begin += part["n"]
+        return out
+
+    def operate(self, samples, joint=None):
+        """Samples -> grid, filtered; bridged over the stops of `joint` if it is given."""
+        return self.lowpass(self.resample(samples if joint is None else self.bridge(samples, joint)))
+
+    def by_part(self, grid, function):
+        """`function` of each segment's piece of a grid array, put together again."""
+        out, begin = np.empty_like(grid), 0
+        for part in self.parts:
+            out[begin:begin + part["n"]] = function(grid[begin:begin + part["n"]])
+            begin += part["n"]
+        return out
+
+    def noise_bandwidth(self):
+        """Variance that the operator leaves of unit white noise at the samples."""
+        white = np.random.default_rng(0).standard_normal(len(self.t_s))
+        return float(np.mean(self.operate(white) ** 2))

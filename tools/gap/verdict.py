@@ -1,0 +1,69 @@
+"""Probabilities over the verdict: the first effect, what could stand in its place, none and unknown."""
+
+import math
+
+import numpy as np
+
+UNKNOWN_SHARE = 0.30  # of the excess: left open, and the cause counts as unknown with probability one half
+NOTHING_FACTOR = 2.5  # of the tolerated excess: without any effect, none and unknown are equally likely
+LOGIT_WIDTH = 0.35  # of the logarithm
+TEMPER = 50.0  # chi-square by which equally good shapes of different effects differ anyhow
+TEMPER_OF_REST = 0.5
+TEMPER_OF_EXCESS = 0.005
+LEAST_PROBABILITY = 1e-4  # below it an alternative is not worth a line
+CONFUSABLE_ABOVE = 0.05
+
+
+class Verdict:
+    """`probabilities` is [(probability, effect, joint)], most probable first."""
+
+    def __init__(self, probabilities, fit, open_share):
+        kept = [p for p in sorted(probabilities, key=lambda p: -p[0]) if p[0] >= LEAST_PROBABILITY]
+        total = sum(p[0] for p in kept)
+        self.probabilities = [(p / total, effect, joint) for p, effect, joint in kept]
+        self.fit, self.open_share = fit, open_share
+
+    @property
+    def effect(self):
+        return self.probabilities[0][1]
+
+    @property
+    def joint(self):
+        return self.probabilities[0][2]
+
+    def confusable(self):
+        """Groups of (effects, joint, probability ratio) that this data does not tell apart."""
+        named = self.probabilities[0]
+        if named[1] in ("none", "unknown"):
+            return []
+        return [(p, effect, joint) for p, effect, joint in self.probabilities[1:]
+                if p > CONFUSABLE_ABOVE and effect not in ("none", "unknown")][:3]  # fmt: skip
+
+
+def logistic(x):
+    return 1.0 / (1.0 + math.exp(-x))
+
+
+def judge(search, fit):
+    """The verdict on a search's outcome, and the fit with the named effect in front."""
+    tolerated, before = search.tolerated, search.plain.excess
+    if not fit.chosen:
+        unknown = logistic((math.log(max(before, 1.0) / tolerated) - math.log(NOTHING_FACTOR)) / LOGIT_WIDTH)
+        return Verdict([(unknown, "unknown", "none"), (1 - unknown, "none", "none")], fit, 1.0 if unknown > 0.5 else 0.0)
+    left = max(fit.excess - tolerated, 0)
+    open_share = left / max(before - tolerated, 1.0) if before > tolerated else 0.0
+    unknown = logistic((math.log(max(open_share, 1e-4)) - math.log(UNKNOWN_SHARE)) / LOGIT_WIDTH)
+    temper = TEMPER + TEMPER_OF_REST * left + TEMPER_OF_EXCESS * before
+    others = search.scan(fit.chosen[1:])
+    weight = []
+    for other in others:
+        # a column more costs a factor e: the simpler form is the more likely one
+        extra = len(other.chosen[-1].columns) - 1
+        weight.append(math.exp(-0.5 * max(other.excess - fit.excess, 0) / temper - extra))
+    total = float(np.sum(weight))
+    probabilities = [(w / total * (1 - unknown), *o.chosen[-1].key) for w, o in zip(weight, others)]
+    verdict = Verdict([*probabilities, (unknown, "unknown", "none")], fit, open_share)
+    named = (verdict.effect, verdict.joint)
+    if named != fit.chosen[0].key:  # a simpler effect does as well as the one that fits best
+        verdict.fit = next((search.fit([o.chosen[-1], *o.chosen[:-1]]) for o in others if o.chosen[-1].key == named), fit)
+    return verdict
