@@ -12,6 +12,8 @@ from . import noise
 from .linkage import transmission
 
 SCORED, NEAR_STOP = 1, 2
+FOLDS = 5
+ROWS_PER_PERIOD = 2.6  # of the low-pass frequency: little lies beyond half of that
 
 
 class Channel:
@@ -20,6 +22,7 @@ class Channel:
     def __init__(self, record, kind, values, scored):
         self.record, self.kind, self.values = record, kind, values
         self.rows = np.flatnonzero(scored)
+        self.thinned = self.rows
 
 
 class Evidence:
@@ -42,6 +45,7 @@ class Evidence:
         self.periods_s = [noise.find_period_s(track) for track in tracks]
         self._find_sigma()
         self._find_blocks()
+        self._thin()
 
     # ---- channels ------------------------------------------------------------------
 
@@ -122,21 +126,31 @@ class Evidence:
             self.block_of.append(number + len(self.block_record))
             self.block_record += [record] * count
         self.blocks, self.block_record = len(self.block_record), np.array(self.block_record)
-        self.folds = np.arange(self.blocks) % 5
+        self.folds = np.arange(self.blocks) % FOLDS
+        self.fold_count = len(np.unique(self.folds))
+
+    def _thin(self):
+        """Rows that lie closer than the low-pass can tell apart say nothing new."""
+        fastest_Hz = max(track.recording.score.lowpass_hz for track in self.tracks)
+        step_s = min(track.step_s for track in self.tracks)
+        self.thin = max(1, int(1 / (ROWS_PER_PERIOD * fastest_Hz * step_s)))
+        for channel in self.channels:
+            channel.thinned = channel.rows[channel.rows % self.thin == 0]
 
     # ---- rows ----------------------------------------------------------------------
 
-    def base_columns(self, channel):
-        """Regressor of a channel's rows: the base parameters, then a zero for each kind of angle."""
-        out = np.zeros((len(channel.rows), self.bases + len(self.angle_kinds)))
+    def base_columns(self, channel, rows=None):
+        """Regressor of a channel's rows (or some): the base parameters, then a zero for each kind of angle."""
+        rows = channel.rows if rows is None else rows
+        out = np.zeros((len(rows), self.bases + len(self.angle_kinds)))
         if channel.kind[0] == "T":
             track, joint = self.tracks[channel.record], int(channel.kind[1])
-            out[:, track.index[joint]] = track.x[joint][channel.rows]
+            out[:, track.index[joint]] = track.x[joint][rows]
         else:
             out[:, self.bases + self.angle_kinds.index(channel.kind)] = 1
         return out
 
     def freedom(self, torque_only=False):
         """Degrees of freedom of the noise over all rows."""
-        return float(sum(len(c.rows) * self.bandwidth[c.record] for c in self.channels
+        return float(sum(self.thin * len(c.thinned) * self.bandwidth[c.record] for c in self.channels
                          if not torque_only or c.kind[0] == "T"))  # fmt: skip

@@ -1,104 +1,210 @@
-"""Normal equations of everything at once, block by block: each fit and each error on held-out blocks is then small
-algebra, and no row is read twice.
+"""Normal equations of base columns, candidate columns and reading, fold by fold: each fit and each error on held-out
+blocks is then small algebra.
 
-The order of the unknowns is: base parameters, one constant for each kind of angle, the candidates' columns; the
-reading itself comes last.
+Columns are kept thinned to what the low-pass leaves, in single precision; products that a fit asks for are made when
+it does. The order of the unknowns is: base parameters, one constant for each kind of angle, the candidates' columns.
 """
 
 import numpy as np
 
 RIDGE = 1e-10  # of unit columns: keeps what cannot be told apart solvable, far below any noise
 TINY = 1e-12
+CHUNK = 64  # columns multiplied at once
+
+
+class Layout:
+    """Where the rows of one kind of channel stand: fold after fold, block after block."""
+
+    def __init__(self, evidence, kind):
+        self.kind = kind
+        self.channels = [c for c in evidence.channels if c.kind == kind]
+        block = np.concatenate([evidence.block_of[c.record][c.thinned] for c in self.channels])
+        order = np.lexsort((np.arange(len(block)), block, evidence.folds[block]))
+        self.block = block[order]
+        place = np.empty(len(order), int)
+        place[order] = np.arange(len(order))
+        begins = np.cumsum([0] + [len(c.thinned) for c in self.channels])
+        self.place = {c.record: place[a:b] for c, a, b in zip(self.channels, begins, begins[1:])}
+        self.channel = {c.record: c for c in self.channels}
+        self.rows = len(order)
+        self.weight = np.sqrt(evidence.thin) / evidence.sigma[kind]
+        fold = evidence.folds[self.block]
+        self.slices = [slice(*np.searchsorted(fold, [f, f + 1])) for f in range(evidence.fold_count)]
+
+    def put(self, row, record, values):
+        """One column's values of one recording, thinned and weighted, to their places in `row`."""
+        row[self.place[record]] = values * self.weight
 
 
 class Gram:
-    """Block Gram matrices of base columns, candidate columns and reading."""
+    """Products of base columns, candidate columns and reading."""
 
     def __init__(self, evidence, scenes, candidates):
-        self.evidence = evidence
+        self.evidence, self.folds = evidence, evidence.fold_count
         self.first = evidence.bases + len(evidence.angle_kinds)
         self.columns = list(dict.fromkeys(c for candidate in candidates for c in candidate.columns))
-        self.place = {column: self.first + k for k, column in enumerate(self.columns)}
-        size = self.first + len(self.columns) + 1
-        self.block = np.zeros((evidence.blocks, size, size))
-        for record, scene in enumerate(scenes):
-            self._add(record, scene)
-        self.total = self.block.sum(0)
-        self.scale = np.sqrt(np.diag(self.total))
-        self.fold = np.array([self.block[evidence.folds == f].sum(0) for f in np.unique(evidence.folds)])
-        self.base = [k for k in range(self.first) if self.scale[k] > 0]
-        self.candidates = [c for c in candidates if self._usable(c)]
+        self.place = {column: k for k, column in enumerate(self.columns)}
+        self.layouts = [Layout(evidence, kind) for kind in evidence.kinds]
+        self.plain = [self._plain_rows(layout) for layout in self.layouts]
+        self.rows = [np.zeros((0, 0), np.float32)] * len(self.layouts)
+        self.owner = [np.zeros(0, int)] * len(self.layouts)  # the column of each row kept
+        if self.columns:
+            self._fill(scenes)
+        self._prepare(candidates)
 
-    def _usable(self, candidate):
-        norms = self.scale[self.of(candidate)]
-        return bool(np.all(np.isfinite(norms)) and np.all(norms > TINY))
+    # ---- rows ----------------------------------------------------------------------
+
+    def _plain_rows(self, layout):
+        """Base columns and, last, the reading: (first + 1, rows)."""
+        out = np.zeros((self.first + 1, layout.rows))
+        for record, channel in layout.channel.items():
+            base = self.evidence.base_columns(channel, channel.thinned)
+            for k in range(self.first):
+                layout.put(out[k], record, base[:, k])
+            layout.put(out[-1], record, channel.values[channel.thinned])
+        return out
+
+    def _fill(self, scenes):
+        kept = [([], np.zeros((len(self.columns), layout.rows), np.float32)) for layout in self.layouts]
+        for number, column in enumerate(self.columns):
+            shown = [column(scene) for scene in scenes]
+            for layout, (owner, rows) in zip(self.layouts, kept):
+                if not any(layout.kind in s for s in shown):
+                    continue
+                for record, channel in layout.channel.items():
+                    if layout.kind in shown[record]:
+                        layout.put(rows[len(owner)], record, shown[record][layout.kind][channel.thinned])
+                owner.append(number)
+        self.owner = [np.array(owner, int) for owner, _ in kept]
+        self.rows = [rows[:len(owner)] for owner, rows in kept]
+
+    def _prepare(self, candidates):
+        self.plain_gram = self.among(self.plain)
+        scale = np.sqrt(np.einsum("fii->i", self.plain_gram))
+        self.base = [k for k in range(self.first) if scale[k] > 0]
+        self.beside_plain = self.beside(self.plain)
+        norms = np.zeros(len(self.columns))
+        for owner, rows in zip(self.owner, self.rows):
+            norms[owner] += np.einsum("ij,ij->i", rows, rows, dtype=float)
+        usable = np.isfinite(norms) & (norms > TINY**2)
+        self.candidates = [c for c in candidates if usable[self.of(c)].all()]
+        self.own = {c: self.among(self.gathered(self.of(c))) for c in self.candidates}
 
     def of(self, candidate):
-        """Places of a candidate's columns."""
+        """Numbers of a candidate's columns."""
         return [self.place[column] for column in candidate.columns]
 
-    def _add(self, record, scene):
-        shown = {column: column(scene) for column in self.columns}
-        for channel in self.evidence.channels:
-            if channel.record != record:
-                continue
-            active = [c for c in self.columns if channel.kind in shown[c]]
-            weight = 1.0 / self.evidence.sigma[channel.kind]
-            rows = np.column_stack([self.evidence.base_columns(channel)]
-                                   + [shown[c][channel.kind][channel.rows] for c in active]
-                                   + [channel.values[channel.rows]]) * weight  # fmt: skip
-            place = np.array([*range(self.first), *(self.place[c] for c in active), self.block.shape[1] - 1])
-            block = self.evidence.block_of[record][channel.rows]
-            for b in np.unique(block):
-                part = rows[block == b]
-                self.block[b][np.ix_(place, place)] += part.T @ part
+    def gathered(self, columns):
+        """Rows of some columns, one matrix (columns, rows) a layout; zeros where a column does not show."""
+        out = []
+        for layout, owner, rows in zip(self.layouts, self.owner, self.rows):
+            part = np.zeros((len(columns), layout.rows))
+            for k, column in enumerate(columns):
+                where = np.flatnonzero(owner == column)
+                if len(where):
+                    part[k] = rows[where[0]]
+            out.append(part)
+        return out
+
+    def among(self, matrices):
+        """Gram matrices (folds, k, k) of rows, one matrix a layout."""
+        size = len(matrices[0])
+        out = np.zeros((self.folds, size, size))
+        for layout, rows in zip(self.layouts, matrices):
+            for f, part in enumerate(layout.slices):
+                out[f] += rows[:, part] @ rows[:, part].T
+        return out
+
+    def beside(self, matrices):
+        """Products (folds, k, columns) of rows with every candidate's columns."""
+        out = np.zeros((self.folds, len(matrices[0]), len(self.columns)))
+        for layout, own, owner, rows in zip(self.layouts, matrices, self.owner, self.rows):
+            for begin in range(0, len(owner), CHUNK):
+                chunk = slice(begin, begin + CHUNK)
+                many = rows[chunk].astype(float)
+                for f, part in enumerate(layout.slices):
+                    out[f][:, owner[chunk]] += own[:, part] @ many[:, part].T
+        return out
 
     # ---- fits ----------------------------------------------------------------------
 
+    def scan(self, chosen, candidates):
+        """Fits of each candidate beside the columns `chosen`: (chi-square on held-out folds, strengths of the fit to
+        everything) for each, the strengths those of `chosen` and then the candidate's."""
+        rows = self.gathered(chosen)
+        fixed = self._bordered(rows)
+        beside = np.concatenate([self.beside_plain, self.beside(rows)], axis=1)
+        order = [*self.base, *range(self.first + 1, self.first + 1 + len(chosen))]
+        out = {}
+        for count in {len(c.columns) for c in candidates}:
+            group = [c for c in candidates if len(c.columns) == count]
+            gram = np.zeros((len(group), self.folds, len(order) + count + 1, len(order) + count + 1))
+            places = np.array([self.of(c) for c in group])
+            old, new = np.arange(len(order)), np.arange(len(order), len(order) + count)
+            gram[..., old[:, None], old] = fixed[:, order][:, :, order]
+            gram[..., old, -1] = gram[..., -1, old] = fixed[:, order, self.first]
+            gram[..., -1, -1] = fixed[:, self.first, self.first]
+            gram[..., old[:, None], new] = np.moveaxis(beside[:, order][:, :, places], 2, 0)
+            gram[..., new[:, None], old] = np.swapaxes(gram[..., old[:, None], new], -1, -2)
+            gram[..., new, -1] = gram[..., -1, new] = np.moveaxis(beside[:, self.first][:, places], 1, 0)
+            gram[..., new[:, None], new] = np.array([self.own[c] for c in group])
+            chi2, strengths = held_out(gram)
+            out.update({c: (x, s[len(self.base):]) for c, x, s in zip(group, chi2, strengths)})
+        return [out[c] for c in candidates]
+
+    def _bordered(self, rows):
+        """Gram matrices of plain columns, reading, and `rows` after them."""
+        return self.among([np.concatenate([plain, own]) for plain, own in zip(self.plain, rows)])
+
+    def _gram(self, columns):
+        """Gram matrices of base, columns and, last, the reading."""
+        order = [*self.base, *range(self.first + 1, self.first + 1 + len(columns)), self.first]
+        return self._bordered(self.gathered(columns))[:, order][:, :, order]
+
     def held_out(self, columns):
-        """Chi-square on held-out folds of a fit with these columns beside the base, and the strengths of a fit
-        to everything (base first)."""
-        every = [*self.base, *columns, -1]
-        index = np.ix_(every, every)
-        fold = np.array([f[index] for f in self.fold])
-        total = self.total[index]
-        strengths = solve(np.concatenate([total - fold, total[None]]))
-        return float(squares(fold, strengths[:-1]).sum()), strengths[-1]
+        """Chi-square on held-out folds, and the strengths of `columns` in the fit to everything."""
+        chi2, strengths = held_out(self._gram(columns)[None])
+        return float(chi2[0]), strengths[0][len(self.base):]
 
     def held_out_blocks(self, columns):
         """Chi-square of each block, by the fit that has not seen its fold."""
-        every = [*self.base, *columns, -1]
-        index = np.ix_(every, every)
-        total, out = self.total[index], np.empty(len(self.block))
-        for f, fold in enumerate(self.fold):
-            strengths = solve((total - fold[index])[None])[0]
-            for b in np.flatnonzero(self.evidence.folds == f):
-                out[b] = squares(self.block[b][index], strengths)
+        strengths, out = self.fold_strengths(columns), np.zeros(self.evidence.blocks)
+        for layout, plain, own in zip(self.layouts, self.plain, self.gathered(columns)):
+            residual = plain[-1].copy()
+            for f, part in enumerate(layout.slices):
+                residual[part] -= strengths[f] @ np.concatenate([plain[:-1, part], own[:, part]])
+            out += np.bincount(layout.block, residual**2, minlength=len(out))
         return out
 
     def fold_strengths(self, columns):
         """Strengths of the fit that left out each fold, and of the fit to everything: (folds + 1, base + columns).
         Base columns that the data cannot see are 0."""
-        every = [*self.base, *columns, -1]
-        index = np.ix_(every, every)
-        total = self.total[index]
-        found = solve(np.array([total - fold[index] for fold in self.fold] + [total]))
+        gram = self._gram(columns)
+        total = gram.sum(0)
+        found = solve(np.concatenate([total - gram, total[None]]))
         out = np.zeros((len(found), self.first + len(columns)))
         out[:, self.base] = found[:, :len(self.base)]
         out[:, self.first:] = found[:, len(self.base):]
         return out
 
 
+def held_out(gram):
+    """Gram matrices (m, folds, p + 1, p + 1) whose last column is the reading: chi-square on the held-out folds (m),
+    and the fit to everything (m, p)."""
+    total = gram.sum(1)
+    return squares(gram, solve(total[:, None] - gram)).sum(1), solve(total)
+
+
 def solve(gram):
-    """Least squares of Gram matrices (m, p + 1, p + 1) whose last column is the reading: (m, p)."""
-    p = gram.shape[1] - 1
-    scale = np.sqrt(np.einsum("mii->mi", gram[:, :p, :p]))
+    """Least squares of Gram matrices (..., p + 1, p + 1) whose last column is the reading: (..., p)."""
+    p = gram.shape[-1] - 1
+    scale = np.sqrt(np.einsum("...ii->...i", gram[..., :p, :p]))
     scale[scale == 0] = 1
-    unit = gram[:, :p, :p] / (scale[:, :, None] * scale[:, None, :]) + RIDGE * np.eye(p)
-    return np.linalg.solve(unit, (gram[:, :p, -1] / scale)[..., None])[..., 0] / scale
+    unit = gram[..., :p, :p] / (scale[..., :, None] * scale[..., None, :]) + RIDGE * np.eye(p)
+    return np.linalg.solve(unit, (gram[..., :p, -1] / scale)[..., None])[..., 0] / scale
 
 
 def squares(gram, strengths):
     """Sum of squares that strengths leave of Gram matrices (..., p + 1, p + 1)."""
     weights = np.concatenate([-strengths, np.ones((*strengths.shape[:-1], 1))], axis=-1)
-    return np.einsum("...i,...ij,...j->...", weights, gram, weights)
+    return np.matmul(np.matmul(weights[..., None, :], gram), weights[..., :, None])[..., 0, 0]

@@ -49,33 +49,38 @@ class Search:
     def fit(self, chosen):
         """The excess over noise that these candidates leave on held-out blocks, and each one's strengths."""
         chi2, strengths = self.gram.held_out(self.columns(chosen))
-        rest, own = list(strengths[len(self.gram.base):]), []
+        return self._fit(chosen, chi2, strengths)
+
+    def _fit(self, chosen, chi2, strengths):
+        rest, own = list(strengths), []
         for candidate in chosen:
             own.append([rest.pop(0) for _ in candidate.columns])
         price = COLUMN_PRICE * sum(len(c.columns) - 1 for c in chosen)
         return Fit(chosen, chi2 - self.freedom + price, own)
 
+    def beside(self, chosen, candidates):
+        """Fits of each candidate beside the chosen ones; those out of physical range are left out."""
+        found = self.gram.scan(self.columns(chosen), candidates)
+        fits = [self._fit([*chosen, c], chi2, strengths) for c, (chi2, strengths) in zip(candidates, found)]
+        return [fit for fit in fits if all(c.within_range(s) for c, s in zip(fit.chosen, fit.strengths))]
+
     def scan(self, chosen):
         """The best shape of every (effect, joint) beside the chosen ones, best first."""
         best, taken = {}, {c.key for c in chosen}
-        for candidate in self.gram.candidates:
-            if candidate.key in taken:
-                continue
-            fit = self.fit([*chosen, candidate])
-            if not all(c.within_range(s) for c, s in zip(fit.chosen, fit.strengths)):
-                continue
-            if candidate.key not in best or fit.excess < best[candidate.key].excess:
-                best[candidate.key] = fit
+        for fit in self.beside(chosen, [c for c in self.gram.candidates if c.key not in taken]):
+            key = fit.chosen[-1].key
+            if key not in best or fit.excess < best[key].excess:
+                best[key] = fit
         return sorted(best.values(), key=lambda fit: fit.excess)
 
     def reshaped(self, fit):
         """Each chosen effect's shape looked for anew beside the others."""
-        for i in range(len(fit.chosen)):
-            key = fit.chosen[i].key
-            shapes = [c for c in self.gram.candidates if c.key == key]
-            fits = [self.fit([*fit.chosen[:i], c, *fit.chosen[i + 1:]]) for c in shapes]
-            fits = [f for f in fits if all(c.within_range(s) for c, s in zip(f.chosen, f.strengths))]
-            fit = min([fit, *fits], key=lambda f: f.excess)
+        for i, old in enumerate(fit.chosen):
+            others = [*fit.chosen[:i], *fit.chosen[i + 1:]]
+            for found in self.beside(others, [c for c in self.gram.candidates if c.key == old.key]):
+                if found.excess < fit.excess - 1e-9:
+                    order = [*fit.chosen[:i], found.chosen[-1], *fit.chosen[i + 1:]]
+                    fit = Fit(order, found.excess, [*found.strengths[:i], found.strengths[-1], *found.strengths[i:-1]])
         return fit
 
     def significant(self, before, after, share):

@@ -103,14 +103,12 @@ def presliding(at):
     size = 0.1 if at.evidence.model.plant == "slider" else 1.0  # a slider's travel in m
     travels = [size * x for x in PRESLIDING_TRAVELS_RAD]
     shapes = [(travel, power) for power in (1.0, 2.0) for travel in travels]
-    table = np.array(shapes)
 
-    def states(scene):
-        position = np.nan_to_num(scene.travel_rad[j])
-        return scene.once(("dahl", j), lambda: dahl(position, table[:, 0], table[:, 1]))
+    def state(scene, travel, power):
+        return dahl(np.nan_to_num(scene.travel_rad[j]), travel, power)
 
-    for k, (travel, power) in enumerate(shapes):
-        column = at.joint_column(lambda s, k=k: at.coulomb_Nm * (states(s)[k] - s.slip[j]))
+    for travel, power in shapes:
+        column = at.joint_column(lambda s, t=travel, p=power: at.coulomb_Nm * (state(s, t, p) - s.slip[j]))
         figures = lambda x, t=travel: {"friction_Nm": float(x[0]) * at.coulomb_Nm, "travel_rad": float(t)}
         yield Candidate("presliding", at.name, f"Dahl, power {power:g}, {1e3 * travel:.2g} mrad", (column,), figures,
                         (0.2,), (1.5,), saved=power == 1.0)  # fmt: skip

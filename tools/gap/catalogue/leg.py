@@ -1,7 +1,7 @@
 """Effects that only the leg has: the ankle's encoders and linkage, and the bench that carries it."""
 
 import numpy as np
-from scipy.signal import cont2discrete, lfilter
+from scipy.signal import lfilter
 
 from ..linkage import ScrewLinkage
 from .candidate import Candidate, differentiate, link_displaced, named
@@ -78,8 +78,9 @@ def gravity_tilt(evidence, scenes):
 
 def _oscillator(drive, step_s, omega, damping):
     """x'' + 2 d w x' + w^2 x = w^2 drive, bilinear."""
-    b, a, _ = cont2discrete(([omega**2], [1, 2 * damping * omega, omega**2]), step_s, method="bilinear")
-    return lfilter(b.ravel(), a, drive)
+    turn, slow = (omega * step_s) ** 2, 4 * damping * omega * step_s
+    a = np.array([4 + slow + turn, 2 * turn - 8, 4 - slow + turn])
+    return lfilter(turn * np.array([1, 2, 1]) / a[0], a / a[0], drive)
 
 
 def _horizontal_force(scene):

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ..loops import LARGEST_STEP, STEPS, LinkShape, link_behind
+from ..loops import LARGEST_STEP, MOST_STEPS, LinkShape, link_behind
 from .candidate import Candidate, differentiate_twice, link_displaced, named
 
 STIFFNESSES_NM_RAD = (200, 400, 800, 1500, 3000, 6000, 12000)
@@ -46,22 +46,18 @@ def _shapes():
     return springs, gaps
 
 
-def _answers(scene, j):
-    """Angle and spring torque of every shape, stepped in time once a scene."""
-    def make():
-        springs, gaps = _shapes()
-        inertia = scene.link_inertia[j]
-        other = scene.track.resample(scene.link_Nm[j] - inertia * scene.a[j])
-        return link_behind(springs + gaps, scene.step_s, scene.grid("v", j), other, inertia,
-                           scene.coulomb_Nm[j], scene.viscous[j])  # fmt: skip
-    return scene.once(("link behind", j), make)
+def _answer(scene, j, shape):
+    """Angle and spring torque of a link behind `shape`."""
+    inertia = scene.link_inertia[j]
+    other = scene.once(("other", j), lambda: scene.track.resample(scene.link_Nm[j] - inertia * scene.a[j]))
+    return link_behind(shape, scene.step_s, scene.grid("v", j), other, inertia, scene.coulomb_Nm[j], scene.viscous[j])
 
 
 def _behind(j, shape):
     """What shows of a link behind `shape`, at the whole effect's strength."""
 
     def column(scene):
-        track, (angle, torque) = scene.track, _answers(scene, j)[shape.key()]
+        track, (angle, torque) = scene.track, _answer(scene, j, shape)
         rigid = scene.once(("rigid", j, shape.share), lambda: track.resample(
             track.bridge(scene.link_Nm[j] + shape.share * scene.friction_Nm[j], j)))
         shown = {f"T{j}": track.lowpass((torque - rigid) / scene.grid("ratio", j))}
@@ -81,7 +77,7 @@ def _hidden(at):
     """Where no link behind the motor can be told: without an angle, or with the load measured before the link; or so
     light a link that its oscillation cannot be stepped."""
     fastest = np.sqrt(max(STIFFNESSES_NM_RAD) / at.scenes[0].link_inertia[at.number])
-    slow = all(scene.step_s * fastest < STEPS[1] * LARGEST_STEP for scene in at.scenes)
+    slow = all(scene.step_s * fastest < MOST_STEPS * LARGEST_STEP for scene in at.scenes)
     return at.evidence.velocity_only or at.evidence.load_sensor or not slow
 
 
