@@ -40,6 +40,8 @@ static void apply(const tl_acting *p, int joint, joint_side *side) {
   double torque, friction, memory = p->change[joint].memory_Nm;
   int i;
 
+  side->now.friction_Nm = p->model->drive[joint].coulomb_Nm * side->now.slip +
+                          p->model->drive[joint].viscous_Nms_rad * side->now.v;
   side->torque = memory * side->z;
   side->level = p->model->drive[joint].coulomb_Nm - memory;
   for (i = 0; i < p->effects; i++) {
@@ -94,7 +96,7 @@ void tl_acting_init(tl_acting *p) {
   for (j = 0; j < TL_MAX_JOINTS; j++) {
     p->link.drive[j].coulomb_Nm = p->link.drive[j].viscous_Nms_rad = 0.0;
     p->twists[j] = twists(&p->change[j]);
-    if (p->twists[j]) tl_effect_take_motor(&p->link, j);
+    if (p->twists[j]) tl_effect_take_motor(&p->link, j, p->change[j].motor_share);
   }
 }
 
@@ -149,8 +151,8 @@ static double motor_inertia(const tl_acting *p, int joint, const tl_motion *moti
     *torque = rotor * ratio * slope * motion->v[1] * motion->v[1];
     return rotor * ratio * ratio;
   }
-  if (m->plant == TL_PLANT_LEG) return TL_EFFECT_MOTOR_SHARE * m->shank_inertia_kg_m2;
-  return TL_EFFECT_MOTOR_SHARE * (m->plant == TL_PLANT_SLIDER ? m->mass_kg : m->inertia_kg_m2);
+  if (m->plant == TL_PLANT_LEG) return p->change[joint].motor_share * m->shank_inertia_kg_m2;
+  return p->change[joint].motor_share * (m->plant == TL_PLANT_SLIDER ? m->mass_kg : m->inertia_kg_m2);
 }
 
 /* ---- sides ------------------------------------------------------------------------- */
@@ -273,6 +275,14 @@ static void move_motor(const tl_acting *p, int j, tl_joint_mode mode, tl_motion 
   e->held[j] = 0;
 }
 
+/* of Dahl's friction */
+static double memory_rate(const tl_effect_change *c, double v, double z) {
+  double rest = v < 0.0 ? 1.0 + z : 1.0 - z;
+
+  if (c->memory_power > 1.0) rest = rest > 0.0 ? tl_pow(rest, c->memory_power) : 0.0;
+  return v * rest / c->travel_rad;
+}
+
 tl_status tl_acting_accelerate(const tl_acting *p, double t_s, const tl_joint_mode *mode,
                                const double torque[TL_MAX_JOINTS], tl_motion *motion, tl_beyond *beyond,
                                double *loss_W) {
@@ -293,9 +303,8 @@ tl_status tl_acting_accelerate(const tl_acting *p, double t_s, const tl_joint_mo
     *loss_W += (side[j].torque + side[j].level * motion->slip[j] +
                 p->model->drive[j].viscous_Nms_rad * motion->v[j]) *
                motion->v[j];
-    beyond->z_rate[j] = p->change[j].memory_Nm > 0.0
-                            ? (motion->v[j] - fabs(motion->v[j]) * beyond->z[j]) / p->change[j].travel_rad
-                            : 0.0;
+    beyond->z_rate[j] =
+        p->change[j].memory_Nm > 0.0 ? memory_rate(&p->change[j], motion->v[j], beyond->z[j]) : 0.0;
     e.held[j] = mode[j] == TL_MODE_STICK;
     e.left[j] = side[j].drive - side[j].torque - motion->slip[j] * side[j].level;
     if (p->twists[j]) move_motor(p, j, mode[j], motion, beyond, &side[j], &e, loss_W);

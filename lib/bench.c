@@ -297,7 +297,9 @@ static tl_status check_effects(const tl_model *m, const tl_bench_settings *s) {
   for (i = 0; i < s->effects; i++) {
     tl_status status = tl_effect_check(&s->effect[i], m);
     if (status != TL_OK) return status;
-    if (s->effect[i].kind->needs_load_sensor || m->form == TL_FORM_PAPER) return TL_ERR_UNSUPPORTED;
+    if (s->effect[i].kind->needs_load_sensor || tl_effect_recorded_only(&s->effect[i]) >= 0 ||
+        m->form == TL_FORM_PAPER)
+      return TL_ERR_UNSUPPORTED;
   }
   return TL_OK;
 }

@@ -73,6 +73,28 @@ tl_effect tl_effect_typical(const tl_effect_kind *kind, int joint) {
   return e;
 }
 
+int tl_effect_says(const tl_effect *e, int parameter) {
+  const tl_effect_parameter *p = &e->kind->parameter[parameter];
+
+  return !(p->flags & TL_PARAMETER_OPTIONAL) || e->value[parameter] != p->otherwise;
+}
+
+int tl_effect_recorded_only(const tl_effect *e) {
+  int i;
+
+  for (i = 0; i < e->kind->strengths + e->kind->shapes; i++)
+    if ((e->kind->parameter[i].flags & TL_PARAMETER_RECORDED) && tl_effect_says(e, i)) return i;
+  return -1;
+}
+
+int tl_effect_is_heated(const tl_effect *e) {
+  int i;
+
+  for (i = 0; i < e->kind->strengths; i++)
+    if ((e->kind->parameter[i].flags & TL_PARAMETER_HEATED) && e->value[i] != 0.0) return 1;
+  return 0;
+}
+
 tl_status tl_effect_check(const tl_effect *e, const tl_model *m) {
   tl_effect_change change;
   tl_transmission changed;
@@ -140,6 +162,16 @@ void tl_effect_place_of(const tl_model *m, const tl_motion *motion, int joint, d
   motor_side(m, joint, now->q, now);
 }
 
+/* what the ankle's rotor takes, in the joint's coordinate */
+static double rotor_torque(const tl_model *m, const tl_motion *motion, int joint) {
+  double ratio, slope;
+
+  if (m->plant != TL_PLANT_LEG || joint != 1) return 0.0;
+  tl_transmission_ratio(&m->drive[1].transmission, motion->q[1], &ratio, &slope);
+  return m->drive[1].rotor_inertia_kg_m2 * ratio *
+         (ratio * motion->a[1] + slope * motion->v[1] * motion->v[1]);
+}
+
 void tl_effect_instant_of(const tl_model *m, const tl_motion *motion, int joint, double t_s,
                           const double *effort_Nm, tl_effect_instant *now) {
   const tl_drive *d = &m->drive[joint];
@@ -147,8 +179,9 @@ void tl_effect_instant_of(const tl_model *m, const tl_motion *motion, int joint,
 
   tl_effect_place_of(m, motion, joint, t_s, now);
   tl_inverse(m, motion, torque);
-  now->load_Nm = torque[joint] * torque_ratio(m, joint, now->q) - d->coulomb_Nm * now->slip -
-                 d->viscous_Nms_rad * now->v;
+  now->friction_Nm = d->coulomb_Nm * now->slip + d->viscous_Nms_rad * now->v;
+  now->rotor_Nm = rotor_torque(m, motion, joint);
+  now->load_Nm = torque[joint] * torque_ratio(m, joint, now->q) - now->friction_Nm;
   if (m->plant == TL_PLANT_PENDULUM) now->load_Nm -= m->torque_offset_Nm;
   if (m->plant == TL_PLANT_SLIDER) now->load_Nm -= m->force_offset_N;
   now->motor_Nm = m->plant == TL_PLANT_LEG ? torque[joint] : torque[joint] / now->ratio;
@@ -156,6 +189,7 @@ void tl_effect_instant_of(const tl_model *m, const tl_motion *motion, int joint,
   if (!effort_Nm) return;
   /* with a sensor at the output the drive's torque is known, and is what the gear carries */
   now->effort_Nm = now->load_Nm = *effort_Nm;
+  now->rotor_Nm = now->friction_Nm = 0.0;
   now->motor_Nm = *effort_Nm / now->ratio;
 }
 
@@ -201,7 +235,7 @@ static double sum_of(const tl_effect *effect, int n, int joint, int acts, const 
 }
 
 double tl_effects_torque(const tl_effect *effect, int n, const tl_model *m, const tl_motion *motion,
-                         int joint, double t_s, const double *effort_Nm) {
+                         int joint, double t_s, double temp_C, const double *effort_Nm) {
   tl_effect_instant now;
   double sum;
   int i, any = 0;
@@ -209,6 +243,7 @@ double tl_effects_torque(const tl_effect *effect, int n, const tl_model *m, cons
   for (i = 0; i < n; i++) any |= tl_effect_at(&effect[i], joint);
   if (!any) return 0.0;
   tl_effect_instant_of(m, motion, joint, t_s, effort_Nm, &now);
+  now.temp_C = temp_C;
   sum = sum_of(effect, n, joint, TL_EFFECT_MECHANICAL, &now);
   /* the motor bears the mechanical ones, and its current shows what it bears */
   if (!effort_Nm) now.motor_Nm += sum / now.ratio;
@@ -224,20 +259,16 @@ void tl_effect_columns_along(const tl_effect_kind *kind, int joint, const double
   tl_effect_instant now;
   tl_motion motion;
   size_t i;
-  int k, acts = shows < TL_MAX_JOINTS && (joint == shows || joint == TL_MAX_JOINTS);
+  int k;
 
-  if (kind->along) {
-    kind->along(s, joint, shape, shows, column);
-    return;
-  }
+  tl_along_nothing(column, (size_t)kind->strengths * s->n);
+  if (kind->along) kind->along(s, joint, shape, shows, column);
+  if (!kind->law || shows >= TL_MAX_JOINTS || (joint != shows && joint != TL_MAX_JOINTS)) return;
   for (i = 0; i < s->n; i++) {
-    memset(at_once, 0, sizeof at_once);
-    if (acts) {
-      tl_along_motion(s, i, &motion);
-      tl_effect_instant_of(s->model, &motion, shows, s->t_s[i], s->effort_Nm ? &s->effort_Nm[i] : NULL, &now);
-      tl_effect_columns(kind, shape, &now, at_once);
-    }
-    for (k = 0; k < kind->strengths; k++) column[(size_t)k * s->n + i] = at_once[k];
+    tl_along_motion(s, i, &motion);
+    tl_effect_instant_of(s->model, &motion, shows, s->t_s[i], s->effort_Nm ? &s->effort_Nm[i] : NULL, &now);
+    tl_effect_columns(kind, shape, &now, at_once);
+    for (k = 0; k < kind->strengths; k++) column[(size_t)k * s->n + i] += at_once[k];
   }
 }
 
@@ -251,6 +282,15 @@ tl_effect_change tl_effects_change(const tl_effect *effect, int n, int joint) {
   return sum;
 }
 
+/* is there a strength that `along` has a column for? */
+static int anything_along(const tl_effect *e) {
+  int k;
+
+  for (k = 0; k < e->kind->strengths; k++)
+    if (e->value[k] != 0.0) return 1;
+  return 0;
+}
+
 void tl_effects_along(const tl_effect *effect, int n, const tl_effect_stretch *s, int joint, double *column,
                       double *sum) {
   size_t i;
@@ -258,10 +298,10 @@ void tl_effects_along(const tl_effect *effect, int n, const tl_effect_stretch *s
 
   for (e = 0; e < n; e++) {
     const tl_effect_kind *kind = effect[e].kind;
-    if (!kind->along || kind->exact) continue;
+    if (!kind->along || kind->exact || !anything_along(&effect[e])) continue;
     kind->along(s, effect[e].joint, effect[e].value + kind->strengths, joint, column);
     for (k = 0; k < kind->strengths; k++)
-      for (i = 0; i < s->n; i++)
+      for (i = 0; i < s->n && effect[e].value[k] != 0.0; i++)
         sum[i] +=
             effect[e].value[k] * column[(size_t)k * s->n + i] / torque_ratio(s->model, joint, s->q[joint][i]);
   }

@@ -9,6 +9,7 @@
 #define KNOWN(columns) (columns)        /* place of the known part in `raw` */
 #define EFFORT(columns) ((columns) + 1) /* and of what was measured */
 #define RAW_COLUMNS (TL_MAX_ROW + 2)
+#define TEMPERATURE_S 2.0 /* that a drive's temperature is averaged over */
 
 tl_status tl_regression_init(tl_regression *r, const tl_model *m, uint32_t recorded,
                              const tl_score_settings *score, double step_s) {
@@ -19,18 +20,42 @@ tl_status tl_regression_init(tl_regression *r, const tl_model *m, uint32_t recor
   r->model = *m;
   r->score = *score;
   r->step_s = step_s;
+  r->recorded = recorded;
+  r->temperature[0] = r->temperature[1] = TL_CHANNEL_COUNT;
   status = tl_layout_init(&r->layout, m, recorded);
   /* gravity needs the angle; where only a velocity was recorded its columns stay empty */
   if (status == TL_OK && r->layout.position[0] == TL_CHANNEL_COUNT) r->model.gravity_m_s2 = 0.0;
   return status == TL_OK ? tl_lowpass_init(&r->lowpass, score->order, score->lowpass_hz, step_s) : status;
 }
 
+static tl_channel temperature_of(const tl_model *m, int joint) {
+  if (m->plant == TL_PLANT_LEG) return joint == 0 ? TL_CHANNEL_KNEE_TEMP : TL_CHANNEL_ANKLE_TEMP;
+  return m->plant == TL_PLANT_PENDULUM ? TL_CHANNEL_JOINT_TEMP : TL_CHANNEL_COUNT;
+}
+
+/* temperatures that effects need; 0 if one was not recorded */
+static int find_temperatures(const tl_regression *r, const tl_effect *effect, int effects,
+                             tl_channel found[TL_MAX_JOINTS]) {
+  int i;
+
+  found[0] = found[1] = TL_CHANNEL_COUNT;
+  for (i = 0; i < effects; i++) {
+    if (!tl_effect_is_heated(&effect[i])) continue;
+    tl_channel channel = temperature_of(&r->model, effect[i].joint);
+    if (channel == TL_CHANNEL_COUNT || !(r->recorded & TL_CHANNEL_BIT(channel))) return 0;
+    found[effect[i].joint] = channel;
+  }
+  return 1;
+}
+
 tl_status tl_regression_set_effects(tl_regression *r, const tl_effect *effect, int effects, double begin_s) {
   tl_transmission changed[TL_MAX_JOINTS];
   tl_effect_change change[TL_MAX_JOINTS];
+  tl_channel temperature[TL_MAX_JOINTS];
   tl_status status;
   int j;
 
+  if (!find_temperatures(r, effect, effects, temperature)) return TL_ERR_UNSUPPORTED;
   for (j = 0; j < TL_MAX_JOINTS; j++) {
     change[j] = tl_effects_change(effect, effects, j);
     status = tl_effect_change_linkage(&change[j], &r->model.drive[j].transmission, &changed[j]);
@@ -39,6 +64,7 @@ tl_status tl_regression_set_effects(tl_regression *r, const tl_effect *effect, i
   for (j = 0; j < TL_MAX_JOINTS; j++) {
     r->model.drive[j].transmission = changed[j];
     r->delay_s[j] = change[j].delay_s;
+    r->temperature[j] = temperature[j];
   }
   r->effect = effect;
   r->effects = effects;
@@ -139,6 +165,23 @@ static double effort_at(const tl_regression *r, const tl_block *block, int joint
   return r->layout.effort_scale[joint] * value_at(block, effort, i, block->t_s[i] + delay);
 }
 
+/* A gear's temperature changes more slowly than its sensor's noise: the mean of the rows of TEMPERATURE_S about row i,
+ * those at the ends of the block held beyond it. */
+static double temperature_at(const tl_regression *r, const tl_block *block, int joint, size_t i) {
+  const double *temp =
+      r->temperature[joint] == TL_CHANNEL_COUNT ? NULL : block->channel[r->temperature[joint]];
+  ptrdiff_t rows = (ptrdiff_t)(TEMPERATURE_S / r->step_s), last = (ptrdiff_t)block->n - 1, k, at;
+  double sum = 0.0;
+
+  if (!temp) return 0.0;
+  rows = rows < 1 ? 1 : rows;
+  for (k = 0; k < rows; k++) {
+    at = (ptrdiff_t)i - rows / 2 + k;
+    sum += temp[at < 0 ? 0 : at > last ? last : at];
+  }
+  return sum / (double)rows;
+}
+
 /* what the modelled effects add at one instant */
 static double effects_at(const tl_regression *r, const tl_block *block, const tl_motion *now, int joint,
                          size_t i) {
@@ -148,7 +191,7 @@ static double effects_at(const tl_regression *r, const tl_block *block, const tl
   if (r->effects == 0) return 0.0;
   effort = effort_at(r, block, joint, i);
   return tl_effects_torque(r->effect, r->effects, &r->model, now, joint, block->t_s[i] - r->begin_s,
-                           sensor ? &effort : NULL);
+                           temperature_at(r, block, joint, i), sensor ? &effort : NULL);
 }
 
 static void regressor_rows(const tl_regression *r, const tl_block *block, tl_regression_space *space) {
@@ -189,6 +232,8 @@ static void effects_along(const tl_regression *r, const tl_block *block, int joi
     s.v[j] = track->v[j];
     s.a[j] = track->a[j];
     s.slip[j] = track->slip[j];
+    s.stop[j] = track->stop[j];
+    s.stops[j] = track->stops[j];
   }
   s.work = column + TL_EFFECT_MAX_STRENGTHS * block->n;
   for (i = 0; i < block->n; i++) sum[i] = 0.0;
@@ -208,19 +253,6 @@ static void delay_rows(const tl_regression *r, const tl_block *block, int joint,
     double *column = space->raw[joint] + (size_t)c * space->capacity;
     for (i = 0; i < block->n; i++) late[i] = value_at(block, column, i, block->t_s[i] - delay);
     memcpy(column, late, block->n * sizeof *late);
-  }
-}
-
-/* Through a short stop the torque stays continuous while inertia and friction jump against
- * each other; so the whole row passes from the last moving sample to the next, slowly at first:
- * coming to rest the torque is flat, leaving rest it is not. */
-void tl_bridge_stop(const tl_stop *s, const double *t_s, double *column) {
-  size_t i;
-
-  for (i = s->before + 1; i < s->after; i++) {
-    double w = (t_s[i] - s->begin_s) / (t_s[s->after] - s->begin_s);
-    w = w > 0.0 ? w * w : 0.0;
-    column[i] = (1.0 - w) * column[s->before] + w * column[s->after];
   }
 }
 

@@ -123,3 +123,16 @@ void tl_slip_through_stops(const double *t_s, const double *velocity, size_t n, 
     for (; i < stop[k].after; i++) slip[i] = stop_slip(&stop[k], t_s, before, after, t_s[i]);
   }
 }
+
+/* Through a short stop the torque stays continuous while inertia and friction jump against
+ * each other; so the whole row passes from the last moving sample to the next, slowly at first:
+ * coming to rest the torque is flat, leaving rest it is not. */
+void tl_bridge_stop(const tl_stop *s, const double *t_s, double *column) {
+  size_t i;
+
+  for (i = s->before + 1; i < s->after; i++) {
+    double w = (t_s[i] - s->begin_s) / (t_s[s->after] - s->begin_s);
+    w = w > 0.0 ? w * w : 0.0;
+    column[i] = (1.0 - w) * column[s->before] + w * column[s->after];
+  }
+}

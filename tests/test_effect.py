@@ -31,7 +31,7 @@ def instant(**values):
 def columns(name, shape=(), **values):
     kind = kinds()[name]
     out = np.empty(constants.TL_EFFECT_MAX_STRENGTHS)
-    lib.tl_effect_columns(kind, pointer(np.array([*shape, 0.0, 0.0])), instant(**values), pointer(out))
+    lib.tl_effect_columns(kind, pointer(np.array([*shape, 0.0, 0.0, 0.0, 0.0, 0.0])), instant(**values), pointer(out))
     return out[: kind.strengths]
 
 
@@ -39,10 +39,12 @@ def test_every_kind_bears_an_id_of_the_catalogue_and_sound_parameters():
     assert set(kinds()) == CATALOGUE
     for name, kind in kinds().items():
         assert kind.strengths >= 1 and kind.places > 0 and ffi.string(kind.meaning)
-        assert bool(kind.law) != bool(kind.along) and bool(kind.change) == bool(kind.along)
+        assert kind.law or (kind.along and kind.change)
+        assert kind.strengths + kind.shapes <= constants.TL_EFFECT_MAX_PARAMETERS
         for i in range(kind.strengths + kind.shapes):
             p = kind.parameter[i]
             assert p.low <= p.typical <= p.high, (name, ffi.string(p.name))
+            assert p.low <= p.otherwise <= p.high or not p.flags & lib.TL_PARAMETER_OPTIONAL, (name, ffi.string(p.name))
 
 
 def test_the_page_lists_every_kind_with_its_parameters():
@@ -57,30 +59,45 @@ def test_the_page_lists_every_kind_with_its_parameters():
 def test_laws_against_their_formulas():
     v, slip, load, motor, ratio, q = -0.3, -1.0, -2.5, 0.02, 51.0, 0.4
     at = {"v": v, "slip": slip, "load_Nm": load, "motor_Nm": motor, "ratio": ratio, "q": q, "motor_rad": 51 * q, "t_s": 30.0,
-          "gravity_tilt_Nm": 1.7, "effort_Nm": 0.9}
+          "gravity_tilt_Nm": 1.7, "effort_Nm": 0.9, "rotor_Nm": 0.2, "friction_Nm": -0.8, "temp_C": 41.0}
     expected = {
         ("stribeck", (0.1, 2.0)): [-np.exp(-9.0)],
         ("stribeck", (0.1, 1.0)): [-np.exp(-3.0)],
-        ("load_friction", ()): [-2.5],
+        ("load_friction", (1.0, 0.0, 1.0, 1.0)): [-2.5],
+        ("load_friction", (0.0, 0.0, 1.0, 1.0)): [-2.7],
+        ("load_friction", (1.0, 1.0, 1.0, 1.0)): [-3.3],
+        ("load_friction", (1.0, 0.0, 2.0, 5.0)): [-1.25],
         ("asymmetric_friction", ()): [1.0, 0.3],
         ("nonlinear_viscous", (2.0,)): [-0.09],
         ("nonlinear_viscous", (0.5,)): [-np.sqrt(0.3)],
-        ("position_friction", ()): [-0.4, -0.16],
-        ("friction_drift", (60.0,)): [-(1 - np.exp(-0.5)), -0.3 * (1 - np.exp(-0.5))],
-        ("directional_efficiency", ()): [-2.5, 0.0],  # load and motion in one direction: driving
-        ("kinematic_error", (2.0,)): [np.sin(2 * 51 * q), np.cos(2 * 51 * q)],
-        ("cogging", (12.0,)): [51 * np.sin(12 * 51 * q), 51 * np.cos(12 * 51 * q)],
+        ("nonlinear_viscous", (1.0, 0.2)): [-np.tanh(1.5)],
+        ("position_friction", (0.0, 0.0)): [-0.4, -0.16, -0.064, -0.0256, 0.0, -1.0],
+        ("position_friction", (0.1, 3.0)): [-0.3, -0.09, -0.027, -0.0081, -np.sin(0.9), -np.cos(0.9)],
+        ("friction_drift", (60.0, 31.0)): [-(1 - np.exp(-0.5)), -0.3 * (1 - np.exp(-0.5)), -np.exp(-0.5),
+                                           -0.3 * np.exp(-0.5), -1.0, -0.3],
+        ("directional_efficiency", (1.0, 0.0)): [-2.5, 0.0],  # load and motion in one direction: driving
+        ("kinematic_error", (2.0, 0.0)): [np.sin(2 * 51 * q), np.cos(2 * 51 * q), 0.0, 0.0,
+                                          load * np.sin(2 * 51 * q), load * np.cos(2 * 51 * q)],
+        ("kinematic_error", (2.0, 4.0)): [x * f(2 * 51 * q) / (1 + (2 * 51 * v / (2 * np.pi * 4)) ** 2)
+                                          for x, f in ((1, np.sin), (1, np.cos), (0, np.sin), (0, np.cos),
+                                                       (load, np.sin), (load, np.cos))],
+        ("cogging", (12.0, 0.0)): [51 * f(k * 12 * 51 * q) for k in (1, 2) for f in (np.sin, np.cos)],
+        ("cogging", (12.0, 18.0)): [51 * f(k * 12 * 51 * q) / (1 + (k * 12 * 51 * v / (2 * np.pi * 18)) ** 2)
+                                    for k in (1, 2) for f in (np.sin, np.cos)],
         ("torque_saturation", (1.0,)): [51 * 0.02 * 0.02],
+        ("torque_saturation", (0.0, 0.005)): [51 * 0.015],
         ("current_offset", ()): [51.0],
         ("gravity_tilt", ()): [1.7],
-        ("parallel_spring", ()): [0.4, 0.064, 1.0],
+        ("parallel_spring", (0.1, 1.0)): [0.4, 0.064, 1.0, 0.16, 0.3],
+        ("parallel_spring", (0.1, -1.0)): [0.4, 0.064, 1.0, 0.16, 0.0],
+        ("parallel_spring", (0.7, -1.0)): [0.4, 0.064, 1.0, 0.16, -0.3],
         ("torque_constant", ()): [-0.9],
         ("sensor_offset", ()): [-1.0],
     }
     assert {name for name, _ in expected} == {name for name, kind in kinds().items() if kind.law}
     for (name, shape), want in expected.items():
         assert columns(name, shape, **at) == pytest.approx(want, rel=1e-12, abs=1e-15), name
-    assert columns("directional_efficiency", (), **{**at, "load_Nm": 2.5}) == pytest.approx([0.0, -2.5])
+    assert columns("directional_efficiency", (1.0, 0.0), **{**at, "load_Nm": 2.5}) == pytest.approx([0.0, -2.5])
 
 
 def test_the_instant_knows_load_and_tilt():
@@ -198,6 +215,57 @@ def test_bad_effects_in_a_model_file(tmp_path, effect, message):
     assert len(done.stderr.splitlines()) == 1 and "m.yaml:" in done.stderr
     assert any(part in done.stderr for part in message.split("|")), done.stderr
     assert not (tmp_path / "p.csv").exists()
+
+
+def prediction(folder, recording, *effects, status=0):
+    """What talus-predict says of the pendulum with these effects; with a status other than 0 the complaint."""
+    write_recording(folder / "r.csv", recording)
+    (folder / "m.yaml").write_text(yaml.safe_dump(with_effects(PENDULUM, *effects)))
+    done = run("talus-predict", "--model", folder / "m.yaml", "--out", folder / "p.csv", folder / "r.csv", status=status)
+    return rows(folder / "p.csv")["joint_torque_Nm"] if status == 0 else done.stderr
+
+
+def test_a_parameter_that_may_be_left_out_has_its_value_then(tmp_path):
+    recording, _ = pendulum_recording()
+    short = ("load_friction", "joint", {"coefficient": 0.2})
+    long = ("load_friction", "joint", {"coefficient": 0.2, "rotor_share": 1.0, "friction_share": 0.0})
+    other = ("load_friction", "joint", {"coefficient": 0.2, "friction_share": 1.0})
+    left_out, given, with_friction = (prediction(tmp_path, recording, e) for e in (short, long, other))
+    assert np.array_equal(left_out, given)
+    assert np.max(np.abs(with_friction - given)) > 0.1 * 0.2 * 0.9
+
+
+def test_two_orders_of_one_effect_at_a_joint_add_up(tmp_path):
+    recording, _ = pendulum_recording()
+    orders = [("cogging", "joint", {"sine_Nm": 0.01, "cosine_Nm": 0.0, "per_turn": order}) for order in (6.0, 12.0)]
+    plain, one, two, both = (prediction(tmp_path, recording, *e) for e in ((), orders[:1], orders[1:], orders))
+    assert np.max(np.abs(one - plain)) > 0.1 and both - plain == pytest.approx((one - plain) + (two - plain), abs=1e-9)
+
+
+def test_friction_follows_the_recorded_temperature(tmp_path):
+    recording, (_, v, _, _) = pendulum_recording()
+    warm = 30 + 8 * np.sin(recording.t / 5)
+    heated = talus.Recording({**recording.columns, "joint_temp_C": warm})
+    effect = ("friction_drift", "joint", {"coulomb_Nm": 0.0, "viscous_Nms_rad": 0.0, "coulomb_Nm_10K": -0.3,
+                                          "viscous_Nms_rad_10K": 0.2, "time_constant_s": 60.0, "middle_C": 28.0})
+    change = prediction(tmp_path, heated, effect) - prediction(tmp_path, heated)
+    want = (warm - 28) / 10 * (-0.3 * np.sign(v) + 0.2 * v)
+    away = (np.abs(v) > 0.05) & (recording.t > 1.1) & (recording.t < recording.t[-1] - 1.1)
+    assert np.max(np.abs(change - want)[away]) < 0.01  # the mean over 2 s lags where the temperature bends
+    told = prediction(tmp_path, recording, effect, status=2)
+    assert "r.csv" in told and "temperature" in told and len(told.splitlines()) == 1
+
+
+@pytest.mark.parametrize("effect, name", [
+    (("load_friction", "knee", {"coefficient": 0.1, "rotor_share": 0.0}), "rotor_share"),
+    (("elasticity", "ankle", {"share": 1.0, "stiffness_Nm_rad": 500.0, "damping_s": 0.001, "friction_share": 0.5}), "friction_share"),
+    (("base_compliance", "base", {"compliance_rad_Nm": 0.0, "sway_m_N": 1e-4, "frequency_Hz": 5.0, "damping_ratio": 0.05}), "sway_m_N"),
+])  # fmt: skip
+def test_what_recordings_alone_can_show_is_not_simulated(tmp_path, effect, name):
+    (tmp_path / "m.yaml").write_text(yaml.safe_dump(with_effects(leg_tree(), effect)))
+    done = run("talus-sim", "--model", tmp_path / "m.yaml", "--out", tmp_path / "s.csv", status=2)
+    assert name in done.stderr and "m.yaml" in done.stderr and len(done.stderr.splitlines()) == 1
+    assert not (tmp_path / "s.csv").exists()
 
 
 def test_the_models_folder_reads():

@@ -101,6 +101,21 @@ def test_page(text, tmp_path):
             assert attributes.get(name, "data:,").startswith("data:"), (tag, attributes)
 
 
+def test_bars_of_a_page_have_roles_and_stand_side_by_side(tmp_path):
+    page = talus.Page("a", "b")
+    with page.side_by_side():
+        page.bars("knee", "RMS [mNm]", [["as given", "10.0"], "identified"], [10.0, 2.5], ["nominal", "identified"])
+        page.bars("ankle", "RMS [mNm]", ["as given"], [1.0])
+    page.write(tmp_path / "page.html")
+    parsed = Parsed((tmp_path / "page.html").read_text(encoding="utf-8"))
+    assert parsed.open == [] and len(parsed.of("canvas")) == 2
+    assert [a["class"] for a in parsed.of("div")].count("columns") == 1
+    (data,) = (script for script in parsed.text["script"] if script.startswith("[{"))
+    knee, ankle = json.loads(data)
+    assert knee["values"] == [10.0, 2.5] and knee["roles"] == ["nominal", "identified"] and "roles" not in ankle
+    assert knee["labels"] == [["as given", "10.0"], "identified"]
+
+
 def test_page_of_a_program_and_of_python_draw_alike(folder, tmp_path):
     """The same kinds of parts, in the same elements and classes, as talus-identify writes them."""
     run("talus-identify", "--model", MODELS["slider"], "--out", tmp_path / "f.yaml", "--html", tmp_path / "c.html",

@@ -66,7 +66,7 @@ def test_mass_on_a_parallel_spring_swings_at_its_frequency():
 def test_cogging_holds_up_to_its_barrier(share, turns):
     m = pendulum(inertia=0.001, moment=0.0, viscous=2.0)
     check(lib.tl_transmission_fixed(ffi.addressof(m.drive[0], "transmission"), 10.0))
-    s, _keep = begin(m, 0.0, 0.0, ("cogging", 0, 0.05, 0.0, 6.0))  # 0.5 N m at the joint, 60 per turn of it
+    s, _keep = begin(m, 0.0, 0.0, ("cogging", 0, 0.05, 0.0, 0.0, 0.0, 6.0))  # 0.5 N m at the joint, 60 per turn of it
     if turns:
         # an overdamped rotor takes 2 pi / 60 viscous / sqrt(torque^2 - barrier^2) from well to well
         period = 2 * math.pi / 60 * 2.0 / (0.5 * math.sqrt(share**2 - 1))
@@ -113,7 +113,7 @@ def test_a_held_pendulum_gives_way_at_the_level_of_each_direction(effect, up, do
 
 def test_friction_that_drifts_starts_where_it_is_told():
     m = slider(viscous=0.0)
-    s, _keep = begin(m, 0.0, 1.0, ("friction_drift", 0, -8.0, 0.0, 10.0))
+    s, _keep = begin(m, 0.0, 1.0, ("friction_drift", 0, -8.0, 0.0, 0.0, 0.0, 0.0, 0.0, 10.0))
     s.effects_begin_s = 2.0
     advance(m, s, 1.5)
     assert s.motion.a[0] == pytest.approx(-20 / 95, rel=1e-12)
@@ -158,7 +158,7 @@ def test_joints_at_rest_and_in_motion_obey_the_law_that_prediction_uses():
                 assert s.mode[j] * s.motion.a[j] > 0
         lib.tl_inverse(m, at, needed)
         for j in slides:
-            total = needed[j] + lib.tl_effects_torque(made, len(made), m, at, j, 0.0, ffi.NULL)
+            total = needed[j] + lib.tl_effects_torque(made, len(made), m, at, j, 0.0, 0.0, ffi.NULL)
             assert total == pytest.approx(torque[j], abs=1e-12)
         seen.add((s.mode[0], s.mode[1]))
     assert seen == {(a, b) for a in (-1, 0, 1) for b in (-1, 0, 1)}
@@ -377,7 +377,7 @@ def rotor(inertia=1.0):
 def test_a_twisting_transmission_swings_as_two_bodies_do():
     """Torque on the motor's side, 0.4 of the inertia: the twist is torque / (I1 w^2) (1 - cos w t)."""
     m, motor, link = rotor(), 0.4, 0.6
-    s, _keep = begin(m, 0.0, 0.0, ("elasticity", 0, 1.0, 200.0, 0.0))
+    s, _keep = begin(m, 0.0, 0.0, ("elasticity", 0, 1.0, 0.0, 0.0, 200.0, 0.0))
     w = math.sqrt(200.0 * (1 / motor + 1 / link))
     for t in (0.05, 0.3, 1.0):
         advance(m, s, t, (0.5, 0.0))
@@ -386,7 +386,7 @@ def test_a_twisting_transmission_swings_as_two_bodies_do():
         assert motor * s.motion.v[0] + link * s.beyond.v[0] == pytest.approx(0.5 * t, rel=1e-9)
 
 
-@pytest.mark.parametrize("effect, free", [(("elasticity", 0, 1.0, 400.0, 0.01), 0.0),
+@pytest.mark.parametrize("effect, free", [(("elasticity", 0, 1.0, 0.0, 0.0, 400.0, 0.01), 0.0),
                                           (("backlash", 0, 1.0, 0.02, 400.0), 0.01)])  # fmt: skip
 @pytest.mark.parametrize("side", [1, -1])
 def test_a_hanging_load_twists_its_transmission(effect, free, side):
@@ -434,7 +434,7 @@ def test_a_mount_rings_at_its_frequency_with_the_leg_at_rest(hz, ratio):
     m, compliance = leg(), 5e-4
     for drive in m.drive:
         drive.coulomb_Nm = 1e3  # both joints stick
-    s, _keep = begin(m, [0.0, 0.0], [0.0, 0.0], ("base_compliance", BASE, compliance, hz, ratio))
+    s, _keep = begin(m, [0.0, 0.0], [0.0, 0.0], ("base_compliance", BASE, compliance, 0.0, hz, ratio))
     s.beyond.begun, s.beyond.q[BASE] = 1, 1e-3
     t, x = np.arange(1, 2001) * 5e-4, []
     for until in t:

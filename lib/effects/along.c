@@ -32,20 +32,13 @@ tl_model tl_effect_bare_model(const tl_model *m) {
   return bare;
 }
 
-void tl_effect_take_motor(tl_model *m, int joint) {
+void tl_effect_take_motor(tl_model *m, int joint, double motor_share) {
   make_rigid(&m->drive[joint].transmission);
   m->drive[joint].rotor_inertia_kg_m2 = 0.0;
   if (joint != 0) return;
-  m->shank_inertia_kg_m2 *= 1.0 - TL_EFFECT_MOTOR_SHARE;
-  m->inertia_kg_m2 *= 1.0 - TL_EFFECT_MOTOR_SHARE;
-  m->mass_kg *= 1.0 - TL_EFFECT_MOTOR_SHARE;
-}
-
-tl_model tl_effect_link_model(const tl_model *m, int joint) {
-  tl_model link = tl_effect_bare_model(m);
-
-  tl_effect_take_motor(&link, joint);
-  return link;
+  m->shank_inertia_kg_m2 *= 1.0 - motor_share;
+  m->inertia_kg_m2 *= 1.0 - motor_share;
+  m->mass_kg *= 1.0 - motor_share;
 }
 
 tl_status tl_effect_change_linkage(const tl_effect_change *c, const tl_transmission *t,
@@ -53,11 +46,12 @@ tl_status tl_effect_change_linkage(const tl_effect_change *c, const tl_transmiss
   tl_screw_linkage linkage = t->linkage;
 
   *changed = *t;
-  if (c->AB_m == 0.0 && c->BO_m == 0.0 && c->AC_m == 0.0) return TL_OK;
+  if (c->AB_m == 0.0 && c->BO_m == 0.0 && c->AC_m == 0.0 && c->BOF_rad == 0.0) return TL_OK;
   if (t->kind != TL_TRANSMISSION_SCREW_LINKAGE) return TL_ERR_UNSUPPORTED;
   linkage.AB_m += c->AB_m;
   linkage.BO_m += c->BO_m;
   linkage.AC_m += c->AC_m;
+  linkage.BOF_deg += c->BOF_rad * (180.0 / TL_PI);
   return tl_transmission_screw_linkage(changed, &linkage);
 }
 
@@ -128,8 +122,8 @@ static double slope_of(const tl_model *m, const tl_motion *now, int moved, const
   return (more - less) * (0.5 / step);
 }
 
-void tl_along_shift(const tl_effect_stretch *s, const tl_model *m, int moved, double *const shift[3],
-                    int shows, double *column) {
+void tl_along_shift(const tl_effect_stretch *s, const tl_model *m, int moved, double *const *shift, int shows,
+                    double *column) {
   double ratio[TL_MAX_JOINTS], unit[TL_MAX_JOINTS] = {1.0, 1.0};
   tl_motion now;
   size_t i;
@@ -143,104 +137,75 @@ void tl_along_shift(const tl_effect_stretch *s, const tl_model *m, int moved, do
   }
 }
 
-void tl_along_twist(const tl_effect_stretch *s, const tl_model *link, int joint, double *const shift[4],
-                    int shows, double *column) {
-  int angle = joint == 0 ? shows == TL_EFFECT_SHOWS_SHANK : shows != TL_EFFECT_SHOWS_SHANK;
+int tl_along_sees(int joint, int shows) {
+  return shows >= TL_MAX_JOINTS && (shows == TL_EFFECT_SHOWS_SHANK) == (joint == 0);
+}
 
+void tl_along_displaced(const tl_effect_stretch *s, const tl_model *link, int joint, double *const *shift,
+                        int shows, double *column) {
   tl_along_nothing(column, s->n);
-  if (shows == joint)
-    tl_along_copy(column, shift[3], s->n);
-  else if (shows < TL_MAX_JOINTS)
+  if (shows < TL_MAX_JOINTS)
     tl_along_shift(s, link, joint, shift, shows, column);
-  else if (angle)
+  else if (tl_along_sees(joint, shows))
     tl_along_copy(column, shift[0], s->n);
+}
+
+void tl_along_wave(const tl_effect_stretch *s, int joint, double order, int k, double *const shift[4]) {
+  const tl_transmission *t = &s->model->drive[joint].transmission;
+  double motor, ratio, slope, wave[2], v, a;
+  size_t i;
+
+  for (i = 0; i < s->n; i++) {
+    motor = tl_transmission_motor_angle(t, s->q[joint][i]);
+    tl_transmission_ratio(t, s->q[joint][i], &ratio, &slope);
+    v = order * ratio * s->v[joint][i];
+    a = order * (ratio * s->a[joint][i] + slope * s->v[joint][i] * s->v[joint][i]);
+    tl_sincos(order * motor, &wave[0], &wave[1]);
+    shift[0][i] = wave[k];
+    shift[1][i] = (k == 0 ? wave[1] : -wave[0]) * v;
+    shift[2][i] = (k == 0 ? wave[1] : -wave[0]) * a - wave[k] * v * v;
+    shift[3][i] = ratio;
+  }
+}
+
+void tl_along_bridge(const tl_effect_stretch *s, int joint, double *column) {
+  size_t k;
+
+  for (k = 0; k < s->stops[joint]; k++) {
+    const tl_stop *stop = &s->stop[joint][k];
+    if (stop->before == TL_NO_ROW || stop->after == TL_NO_ROW) continue;
+    if (s->t_s[stop->after] - s->t_s[stop->before] <= TL_BRIDGE_S) tl_bridge_stop(stop, s->t_s, column);
+  }
+}
+
+void tl_along_rates(const tl_effect_stretch *s, double *const *shift) {
+  const double *x = shift[0], *t = s->t_s;
+  size_t i;
+
+  tl_along_nothing(shift[1], s->n);
+  tl_along_nothing(shift[2], s->n);
+  for (i = 1; i + 1 < s->n; i++) {
+    double left = t[i] - t[i - 1], right = t[i + 1] - t[i];
+    double before = (x[i] - x[i - 1]) / left, after = (x[i + 1] - x[i]) / right;
+    shift[1][i] = (before * right + after * left) / (left + right);
+    shift[2][i] = 2.0 * (after - before) / (left + right);
+  }
 }
 
 /* ---- a spring under a load --------------------------------------------------------- */
 
-/* in contact: the particular solution of a straight load is straight too, and what is left swings and decays
- * (exact for any h) */
-static void swing_bound(const tl_along_spring *p, double centre, double from, double to, double h, double *x,
-                        double *v) {
-  double all = p->stiffness + p->pull, w = sqrt(all / p->inertia), decay = 0.5 * p->damping / p->inertia;
-  double rate = -(to - from) / (h * all), lag = rate * p->damping / all;
-  double end, swing, a, b, sine, cosine, gone;
+/* The particular solution of a straight load is straight too, and what is left swings and decays: exact for any h. */
+void tl_along_swing(const tl_along_spring *p, double from, double to, double h, double *x, double *v) {
+  double w = sqrt(p->stiffness / p->inertia), decay = 0.5 * p->damping / p->inertia;
+  double rate = -(to - from) / (h * p->stiffness), lag = rate * p->damping / p->stiffness;
+  double end = -to / p->stiffness - lag, swing, a, b, sine, cosine, gone;
 
-  centre *= p->stiffness / all;
-  end = centre - to / all - lag;
   decay = decay < 0.999 * w ? decay : 0.999 * w; /* beyond, it creeps faster than rows follow */
   swing = sqrt(w * w - decay * decay);
-  a = *x - (centre - from / all - lag);
+  a = *x + from / p->stiffness + lag;
   b = (*v - rate + decay * a) / swing;
   tl_sincos(swing * h, &sine, &cosine);
   gone = tl_exp(-decay * h);
   *x = end + gone * (a * cosine + b * sine);
   *v = rate + gone * ((b * swing - decay * a) * cosine - (a * swing + decay * b) * sine);
-}
-
-void tl_along_swing(const tl_along_spring *p, double from, double to, double h, double *x, double *v) {
-  if (fabs(*x) >= 0.5 * p->gap) {
-    swing_bound(p, p->gap > 0.0 ? (*x < 0.0 ? -0.5 : 0.5) * p->gap : 0.0, from, to, h, x, v);
-    return;
-  }
-  *x += h * (*v - h * (from / 3.0 + to / 6.0) / p->inertia);
-  *v -= h * 0.5 * (from + to) / p->inertia;
-}
-
-/* torque on the motor's side */
-static double spring_torque(const tl_along_spring *p, double x, double v) {
-  double depth = fabs(x) - 0.5 * p->gap;
-
-  if (p->gap > 0.0 && !(depth > 0.0)) return 0.0;
-  return (x < 0.0 ? depth : -depth) * p->stiffness - p->damping * v;
-}
-
-/* Accelerations at both ends of the piece before row i whose integrals are its own angles and speeds: the
- * recorded ones are too smooth beside a stop to carry the motor to the next row. */
-static void piece_ends(const tl_effect_stretch *s, int joint, size_t i, double a[2]) {
-  double h = s->t_s[i] - s->t_s[i - 1], from = s->v[joint][i - 1], to = s->v[joint][i];
-  double mean = (s->q[joint][i] - s->q[joint][i - 1]) / h;
-
-  a[0] = (6.0 * mean - 4.0 * from - 2.0 * to) / h;
-  a[1] = (2.0 * from + 4.0 * to - 6.0 * mean) / h;
-}
-
-static void swing_piece(const tl_effect_stretch *s, int joint, const tl_along_spring *spring, size_t i,
-                        const double load[2], double *x, double *v) {
-  int pieces = spring->gap > 0.0 ? 16 : 1, k;
-  double a[2], from, to, h = (s->t_s[i] - s->t_s[i - 1]) / pieces;
-
-  piece_ends(s, joint, i, a);
-  from = load[0] + spring->inertia * (a[0] - s->a[joint][i - 1]);
-  to = load[1] + spring->inertia * (a[1] - s->a[joint][i]);
-  for (k = 0; k < pieces; k++)
-    tl_along_swing(spring, from + (to - from) * k / pieces, from + (to - from) * (k + 1) / pieces, h, x, v);
-}
-
-void tl_along_link(const tl_effect_stretch *s, const tl_model *link, int joint, double stiffness,
-                   double damping_s, double gap, double *const shift[4]) {
-  tl_along_spring spring = {0.0, stiffness, damping_s * stiffness, gap, 0.0};
-  double matrix[TL_MAX_JOINTS * TL_MAX_JOINTS], x = 0.0, v = 0.0, load[2] = {0.0, 0.0}, torque;
-  const double turn[3] = {1.0, 0.0, 0.0};
-  int joints = tl_joint_count(link);
-  tl_motion now;
-  size_t i;
-
-  tl_along_load(s, link, joint, shift[3]);
-  for (i = 0; i < s->n; i++) {
-    tl_along_motion(s, i, &now);
-    tl_inertia_matrix(link, now.q, matrix);
-    spring.inertia = matrix[joint * joints + joint];
-    spring.pull = slope_of(link, &now, joint, turn, SMALL, joint);
-    if (spring.pull < -0.5 * stiffness) spring.pull = -0.5 * stiffness;
-    load[1] = shift[3][i];
-    if (i == 0) x = -load[1] / stiffness - (load[1] < 0.0 ? -0.5 : 0.5) * gap;
-    if (i > 0) swing_piece(s, joint, &spring, i, load, &x, &v);
-    load[0] = load[1];
-    torque = spring_torque(&spring, x, v);
-    shift[0][i] = x;
-    shift[1][i] = v;
-    shift[2][i] = (torque - load[1] - spring.pull * x) / spring.inertia;
-    shift[3][i] = torque - load[1];
-  }
 }

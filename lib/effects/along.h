@@ -17,21 +17,33 @@ void tl_along_plain_torque(const tl_effect_stretch *s, int joint, double *torque
 void tl_along_load(const tl_effect_stretch *s, const tl_model *link, int joint, double *load);
 /* What a joint's torque (`shows`) changes by, per unit, when joint `moved` of model m moves by shift[0]
  * with the rates shift[1] and shift[2]: the slope of the inverse dynamics. */
-void tl_along_shift(const tl_effect_stretch *s, const tl_model *m, int moved, double *const shift[3],
-                    int shows, double *column);
-/* What a joint beyond its transmission shows, from its motion against its motor (tl_along_link). */
-void tl_along_twist(const tl_effect_stretch *s, const tl_model *link, int joint, double *const shift[4],
-                    int shows, double *column);
-/* What swings on a spring under minus a load: I x'' + d x' + k (x less what the gap leaves free) + pull x = -load. */
+void tl_along_shift(const tl_effect_stretch *s, const tl_model *m, int moved, double *const *shift, int shows,
+                    double *column);
+/* sin (k = 0) or cos (k = 1) of `order` times the motor's angle of a joint in shift[0], its rates in shift[1] and
+ * shift[2], and the joint's ratio in shift[3] */
+void tl_along_wave(const tl_effect_stretch *s, int joint, double order, int k, double *const shift[4]);
+/* does this pair of sensors see the angle between a joint and its motor? */
+int tl_along_sees(int joint, int shows);
+/* What shows when the joint of `link` stands shift[0] (rates shift[1], shift[2]) ahead of where its motor says. */
+void tl_along_displaced(const tl_effect_stretch *s, const tl_model *link, int joint, double *const *shift,
+                        int shows, double *column);
+/* a column of a joint's torque through its short stops */
+void tl_along_bridge(const tl_effect_stretch *s, int joint, double *column);
+/* rates of shift[0] in shift[1] and shift[2], by differences */
+void tl_along_rates(const tl_effect_stretch *s, double *const *shift);
+/* What a joint shows beyond a spring with a gap, driven by its motor's recorded motion, with no gap: elasticity. */
+typedef struct tl_along_behind {
+  double stiffness_Nm_rad, gap_rad, damping_s;
+  double friction_share; /* of the joint's friction that stands beyond the spring */
+  double motor_share;    /* of the joint's own inertia that turns with its motor */
+} tl_along_behind;
+void tl_along_link(const tl_effect_stretch *s, const tl_along_behind *p, int joint, int shows,
+                   double *column);
+/* What swings on a spring under minus a load: I x'' + d x' + k x = -load. */
 typedef struct tl_along_spring {
-  double inertia, stiffness, damping, gap;
-  double pull; /* what the load itself gains per unit of x: gravity's own spring */
+  double inertia, stiffness, damping;
 } tl_along_spring;
 /* from x, v over h while the load goes straight from one value to another */
 void tl_along_swing(const tl_along_spring *p, double from, double to, double h, double *x, double *v);
-/* The link at `joint` on its spring, driven by the recorded motion of its motor: its motion against the
- * motor's in shift[0..2], and in shift[3] the torque of the spring less what a rigid link would take. */
-void tl_along_link(const tl_effect_stretch *s, const tl_model *link, int joint, double stiffness,
-                   double damping_s, double gap, double *const shift[4]);
 
 #endif

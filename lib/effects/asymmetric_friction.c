@@ -21,6 +21,7 @@ const tl_effect_kind tl_effect_asymmetric_friction = {
     .needs_load_sensor = 0,
     .strengths = 2,
     .shapes = 0,
-    .parameter = {{"coulomb_Nm", -10.0, 10.0, 0.2}, {"viscous_Nms_rad", -100.0, 100.0, 0.1}},
+    .parameter = {{"coulomb_Nm", -100.0, 100.0, 0.2, 0, 0.0},
+                  {"viscous_Nms_rad", -1000.0, 1000.0, 0.1, 0, 0.0}},
     .law = law,
 };

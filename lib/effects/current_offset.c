@@ -15,6 +15,6 @@ const tl_effect_kind tl_effect_current_offset = {
     .needs_load_sensor = 0,
     .strengths = 1,
     .shapes = 0,
-    .parameter = {{"torque_Nm", -5.0, 5.0, 0.01}},
+    .parameter = {{"torque_Nm", -100.0, 100.0, 0.01, 0, 0.0}},
     .law = law,
 };

@@ -4,10 +4,10 @@
 #include <math.h>
 
 static void law(const tl_effect_instant *now, const double *shape, double *torque, double *friction) {
-  double load = fabs(now->load_Nm);
-  int driving = now->load_Nm * now->slip > 0.0;
+  double load = tl_effect_load(now, shape[0], shape[1]);
+  int driving = load * now->slip > 0.0;
 
-  (void)shape;
+  load = fabs(load);
   torque[0] = torque[1] = 0.0;
   friction[0] = driving ? load : 0.0;
   friction[1] = driving ? 0.0 : load;
@@ -21,7 +21,10 @@ const tl_effect_kind tl_effect_directional_efficiency = {
     .dry = 1,
     .needs_load_sensor = 0,
     .strengths = 2,
-    .shapes = 0,
-    .parameter = {{"driving", 0.0, 0.6, 0.15}, {"back_driving", 0.0, 0.6, 0.05}},
+    .shapes = 2,
+    .parameter = {{"driving", 0.0, 0.6, 0.15, 0, 0.0},
+                  {"back_driving", 0.0, 0.6, 0.05, 0, 0.0},
+                  {"rotor_share", 0.0, 1.0, 1.0, TL_RECORDED(1.0)},
+                  {"friction_share", 0.0, 1.0, 0.0, TL_OTHERWISE(0.0)}},
     .law = law,
 };

@@ -7,6 +7,11 @@
 
 #include "talus/effect.h"
 
+/* end of a parameter that a model file may leave out: flags, and the value it then has */
+#define TL_OTHERWISE(value) TL_PARAMETER_OPTIONAL, value
+#define TL_RECORDED(value) TL_PARAMETER_OPTIONAL | TL_PARAMETER_RECORDED, value
+#define TL_HEATED TL_PARAMETER_OPTIONAL | TL_PARAMETER_RECORDED | TL_PARAMETER_HEATED, 0.0
+
 #define TL_EFFECT_AT_JOINTS (TL_EFFECT_AT_KNEE | TL_EFFECT_AT_ANKLE | TL_EFFECT_AT_SINGLE)
 
 extern const tl_effect_kind tl_effect_stribeck, tl_effect_load_friction, tl_effect_asymmetric_friction,
@@ -16,5 +21,12 @@ extern const tl_effect_kind tl_effect_stribeck, tl_effect_load_friction, tl_effe
     tl_effect_torque_constant, tl_effect_sensor_offset, tl_effect_delay, tl_effect_encoder_eccentricity,
     tl_effect_linkage_error, tl_effect_presliding, tl_effect_elasticity, tl_effect_backlash,
     tl_effect_base_compliance;
+
+/* The part of a ripple, so many a turn of the motor, that the current shows: half of it at fades_Hz (0: all), less of
+ * a faster one, which position control and smoothed accelerations no longer follow. */
+double tl_effect_ripple_shown(const tl_effect_instant *now, double per_turn, double fades_Hz);
+
+/* The load that friction grows with: with so much of the rotor's and of the plain friction's share. */
+double tl_effect_load(const tl_effect_instant *now, double rotor_share, double friction_share);
 
 #endif

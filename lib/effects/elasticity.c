@@ -2,18 +2,35 @@
 #include "along.h"
 
 static void change(const double *value, tl_effect_change *to) {
-  to->compliance_rad_Nm += value[0] / value[1];
-  if (value[2] > to->damping_s) to->damping_s = value[2];
+  to->compliance_rad_Nm += value[0] / value[3] + value[1];
+  if (value[4] > to->damping_s) to->damping_s = value[4];
+  to->motor_share = value[6];
 }
 
-/* The joint swings on its spring against its motor, under the load of the motor's motion; its inertia and
- * gravity then are those of that motion, to first order. */
-static void along(const tl_effect_stretch *s, int joint, const double *shape, int shows, double *column) {
-  double *shift[4] = {s->work, s->work + s->n, s->work + 2 * s->n, s->work + 3 * s->n};
-  tl_model link = tl_effect_link_model(s->model, joint);
+/* the joint stands behind its motor by minus a torque, per unit of compliance */
+static void twist(const tl_effect_stretch *s, int joint, int by_friction, int shows, double *column) {
+  double *shift[3] = {s->work, s->work + s->n, s->work + 2 * s->n};
+  tl_model bare = tl_effect_bare_model(s->model);
+  const tl_drive *d = &s->model->drive[joint];
+  size_t i;
 
-  tl_along_link(s, &link, joint, shape[0], shape[1], 0.0, shift);
-  tl_along_twist(s, &link, joint, shift, shows, column);
+  tl_along_load(s, &bare, joint, shift[0]);
+  for (i = 0; i < s->n && by_friction; i++)
+    shift[0][i] = d->coulomb_Nm * s->slip[joint][i] + d->viscous_Nms_rad * s->v[joint][i];
+  tl_along_bridge(s, joint, shift[0]);
+  for (i = 0; i < s->n; i++) shift[0][i] = -shift[0][i];
+  tl_along_rates(s, shift);
+  tl_along_displaced(s, &bare, joint, shift, shows, column);
+}
+
+/* The joint swings on its spring against its motor, under the load of the motor's motion; or, where the spring
+ * is stiff, it follows load and friction at once. */
+static void along(const tl_effect_stretch *s, int joint, const double *shape, int shows, double *column) {
+  tl_along_behind p = {shape[0], 0.0, shape[1], shape[2], shape[3]};
+  int k;
+
+  tl_along_link(s, &p, joint, shows, column);
+  for (k = 0; k < 2; k++) twist(s, joint, k, shows, column + (size_t)(1 + k) * s->n);
 }
 
 const tl_effect_kind tl_effect_elasticity = {
@@ -21,12 +38,16 @@ const tl_effect_kind tl_effect_elasticity = {
     .meaning = "torsional compliance between motor and joint",
     .places = TL_EFFECT_AT_JOINTS,
     .acts = TL_EFFECT_CHANGE,
-    .strengths = 1,
-    .shapes = 2,
-    .parameter = {{"share", 0.0, 2.0, 1.0}, /* of the twist; 1 for what the stiffness says */
-                  {"stiffness_Nm_rad", 20.0, 100000.0, 1000.0},
-                  {"damping_s", 0.0, 0.1, 0.001}},
+    .strengths = 3,
+    .shapes = 4,
+    .parameter = {{"share", 0.0, 2.0, 1.0, 0, 0.0}, /* of the twist; 1 for what the stiffness says */
+                  {"compliance_rad_Nm", 0.0, 0.05, 0.0, TL_OTHERWISE(0.0)}, /* of a stiff spring */
+                  {"friction_compliance_rad_Nm", 0.0, 0.05, 0.0, TL_RECORDED(0.0)},
+                  {"stiffness_Nm_rad", 20.0, 100000.0, 1000.0, 0, 0.0},
+                  {"damping_s", 0.0, 2.0, 0.001, 0, 0.0},
+                  {"friction_share", 0.0, 1.0, 0.0, TL_RECORDED(0.0)}, /* beyond the spring */
+                  {"motor_share", 0.02, 0.9, TL_EFFECT_MOTOR_SHARE, TL_OTHERWISE(TL_EFFECT_MOTOR_SHARE)}},
     .change = change,
     .along = along,
-    .memory_s = 0.5,
+    .memory_s = 2.0,
 };

@@ -15,6 +15,6 @@ const tl_effect_kind tl_effect_gravity_tilt = {
     .needs_load_sensor = 0,
     .strengths = 1,
     .shapes = 0,
-    .parameter = {{"tilt_rad", -0.3, 0.3, 0.03}},
+    .parameter = {{"tilt_rad", -0.3, 0.3, 0.03, 0, 0.0}},
     .law = law,
 };

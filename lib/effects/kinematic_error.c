@@ -1,21 +1,51 @@
-/* kinematic_error.c: ripple once, twice or four times a turn of the wave generator, at the joint (Tuttle and Seering 1996) */
-#include "effects.h"
+/* kinematic_error.c: a harmonic drive's error once, twice or four times a turn of its wave generator: a torque ripple at
+ * the joint, and an angle by which the joint runs ahead of its motor (Tuttle and Seering 1996) */
+#include "along.h"
 
 #include "talus/math.h"
 
 static void law(const tl_effect_instant *now, const double *shape, double *torque, double *friction) {
+  double shown = tl_effect_ripple_shown(now, shape[0], shape[1]);
+  int k;
+
   tl_sincos(shape[0] * now->motor_rad, &torque[0], &torque[1]);
-  friction[0] = friction[1] = 0.0;
+  for (k = 0; k < 2; k++) {
+    torque[k] *= shown;
+    torque[2 + k] = 0.0;
+    torque[4 + k] = now->load_Nm * torque[k];
+  }
+  for (k = 0; k < 6; k++) friction[k] = 0.0;
+}
+
+static void along(const tl_effect_stretch *s, int joint, const double *shape, int shows, double *column) {
+  double *shift[4] = {s->work, s->work + s->n, s->work + 2 * s->n, s->work + 3 * s->n};
+  tl_model link = tl_effect_bare_model(s->model);
+  int k;
+
+  tl_along_nothing(column, 2 * s->n);
+  tl_along_nothing(column + 4 * s->n, 2 * s->n);
+  for (k = 0; k < 2; k++) {
+    tl_along_wave(s, joint, shape[0], k, shift);
+    tl_along_displaced(s, &link, joint, shift, shows, column + (size_t)(2 + k) * s->n);
+  }
 }
 
 const tl_effect_kind tl_effect_kinematic_error = {
     .name = "kinematic_error",
-    .meaning = "torque ripple of a harmonic drive's wave generator",
+    .meaning = "ripple of a harmonic drive's wave generator, in torque or in angle",
     .places = TL_EFFECT_AT_KNEE | TL_EFFECT_AT_SINGLE,
     .acts = TL_EFFECT_MECHANICAL,
     .needs_load_sensor = 0,
-    .strengths = 2,
-    .shapes = 1,
-    .parameter = {{"sine_Nm", -5.0, 5.0, 0.2}, {"cosine_Nm", -5.0, 5.0, 0.0}, {"per_turn", 1.0, 4.0, 2.0}},
+    .strengths = 6,
+    .shapes = 2,
+    .parameter = {{"sine_Nm", -100.0, 100.0, 0.2, 0, 0.0},
+                  {"cosine_Nm", -100.0, 100.0, 0.0, 0, 0.0},
+                  {"sine_rad", -0.1, 0.1, 0.0, TL_RECORDED(0.0)},
+                  {"cosine_rad", -0.1, 0.1, 0.0, TL_RECORDED(0.0)},
+                  {"sine_share", -1.0, 1.0, 0.0, TL_RECORDED(0.0)}, /* of the load */
+                  {"cosine_share", -1.0, 1.0, 0.0, TL_RECORDED(0.0)},
+                  {"per_turn", 0.01, 4.0, 2.0, 0, 0.0},
+                  {"fades_Hz", 0.0, 1000.0, 0.0, TL_RECORDED(0.0)}},
     .law = law,
+    .along = along,
 };

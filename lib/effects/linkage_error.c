@@ -3,12 +3,13 @@
 
 #include <string.h>
 
-#define STEP_M 1e-5
+#define STEP_M 1e-5 /* and rad */
 
 static void change(const double *value, tl_effect_change *to) {
   to->AB_m += value[0];
   to->BO_m += value[1];
   to->AC_m += value[2];
+  to->BOF_rad += value[3];
 }
 
 /* the motor's motion at row i, as the model's linkage gave the joint's from it */
@@ -52,14 +53,14 @@ static void along(const tl_effect_stretch *s, int joint, const double *shape, in
   int k, side;
 
   (void)shape;
-  for (k = 0; k < 3; k++) {
+  for (k = 0; k < 4; k++) {
     double *to = column + (size_t)k * s->n;
     tl_along_nothing(to, s->n);
     if (s->model->drive[joint].transmission.kind != TL_TRANSMISSION_SCREW_LINKAGE) continue;
     if (shows == TL_EFFECT_SHOWS_SHANK) continue;
     for (side = 0; side < 2; side++) {
       tl_effect_change c;
-      double *const dimension[3] = {&c.AB_m, &c.BO_m, &c.AC_m};
+      double *const dimension[4] = {&c.AB_m, &c.BO_m, &c.AC_m, &c.BOF_rad};
       memset(&c, 0, sizeof c);
       *dimension[k] = sign[side] * STEP_M;
       if (tl_effect_change_linkage(&c, &s->model->drive[joint].transmission,
@@ -75,9 +76,12 @@ const tl_effect_kind tl_effect_linkage_error = {
     .meaning = "the linkage's true dimensions differ from the model's",
     .places = TL_EFFECT_AT_ANKLE,
     .acts = TL_EFFECT_CHANGE,
-    .strengths = 3,
+    .strengths = 4,
     .shapes = 0,
-    .parameter = {{"AB_m", -0.01, 0.01, 0.0}, {"BO_m", -0.01, 0.01, 0.0015}, {"AC_m", -0.01, 0.01, 0.0}},
+    .parameter = {{"AB_m", -0.01, 0.01, 0.0, 0, 0.0},
+                  {"BO_m", -0.01, 0.01, 0.0015, 0, 0.0},
+                  {"AC_m", -0.01, 0.01, 0.0, 0, 0.0},
+                  {"BOF_rad", -0.2, 0.2, 0.0, TL_OTHERWISE(0.0)}},
     .change = change,
     .along = along,
     .exact = 1,

@@ -1,12 +1,20 @@
-/* load_friction.c: friction in proportion to the load (Dohring, Lee and Newman 1993; Bittencourt and Gunnarsson 2012) */
+/* load_friction.c: friction in proportion to the load (Dohring, Lee and Newman 1993; Bittencourt and Gunnarsson 2012).
+ * What the gear carries is read in several ways: with or without its rotor's inertia, with or without friction. */
 #include "effects.h"
 
 #include <math.h>
 
+#include "talus/math.h"
+
+double tl_effect_load(const tl_effect_instant *now, double rotor_share, double friction_share) {
+  return now->load_Nm - (1.0 - rotor_share) * now->rotor_Nm + friction_share * now->friction_Nm;
+}
+
 static void law(const tl_effect_instant *now, const double *shape, double *torque, double *friction) {
-  (void)shape;
+  double load = fabs(tl_effect_load(now, shape[0], shape[1]));
+
   torque[0] = 0.0;
-  friction[0] = fabs(now->load_Nm);
+  friction[0] = shape[2] == 1.0 ? load : load * tl_pow(load / shape[3], shape[2] - 1.0);
 }
 
 const tl_effect_kind tl_effect_load_friction = {
@@ -17,7 +25,12 @@ const tl_effect_kind tl_effect_load_friction = {
     .dry = 1,
     .needs_load_sensor = 0,
     .strengths = 1,
-    .shapes = 0,
-    .parameter = {{"coefficient", 0.0, 0.6, 0.1}},
+    .shapes = 4,
+    .parameter = {{"coefficient", 0.0, 0.6, 0.1, 0, 0.0},
+                  {"rotor_share", 0.0, 1.0, 1.0, TL_RECORDED(1.0)},
+                  {"friction_share", 0.0, 1.0, 0.0, TL_OTHERWISE(0.0)},
+                  {"exponent", 1.0, 3.0, 1.0,
+                   TL_OTHERWISE(1.0)}, /* above 1: the coefficient holds at scale_Nm */
+                  {"scale_Nm", 1e-6, 10000.0, 1.0, TL_OTHERWISE(1.0)}},
     .law = law,
 };

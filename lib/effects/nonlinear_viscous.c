@@ -1,4 +1,5 @@
-/* nonlinear_viscous.c: a power of speed beside the linear term: above 1 drag, below 1 a fluid that thins */
+/* nonlinear_viscous.c: a power of speed beside the linear term: above 1 drag, below 1 a fluid that thins; or a fluid
+ * whose friction saturates */
 #include "effects.h"
 
 #include <math.h>
@@ -6,7 +7,7 @@
 #include "talus/math.h"
 
 static void law(const tl_effect_instant *now, const double *shape, double *torque, double *friction) {
-  double size = tl_pow(fabs(now->v), shape[0]);
+  double size = shape[1] > 0.0 ? tl_tanh(fabs(now->v) / shape[1]) : tl_pow(fabs(now->v), shape[0]);
 
   torque[0] = now->v < 0.0 ? -size : size;
   friction[0] = 0.0;
@@ -19,7 +20,10 @@ const tl_effect_kind tl_effect_nonlinear_viscous = {
     .acts = TL_EFFECT_MECHANICAL,
     .needs_load_sensor = 0,
     .strengths = 1,
-    .shapes = 1,
-    .parameter = {{"size_Nm", -50.0, 50.0, 0.1}, {"exponent", 0.2, 3.0, 2.0}},
+    .shapes = 2,
+    .parameter = {{"size_Nm", -1000.0, 1000.0, 0.1, 0, 0.0},
+                  {"exponent", 0.2, 3.0, 2.0, 0, 0.0},
+                  {"saturation_rad_s", 0.0, 100.0, 0.0,
+                   TL_OTHERWISE(0.0)}}, /* above 0 in the exponent's place */
     .law = law,
 };

@@ -1,12 +1,17 @@
-/* parallel_spring.c: a cable, a cover or a bumper beside the joint: linear, stiffening, and its preload at angle 0 */
+/* parallel_spring.c: a cable or a cover beside the joint: a polynomial in the angle, with its preload at angle 0; and
+ * a bumper that is met at an angle */
 #include "effects.h"
 
 static void law(const tl_effect_instant *now, const double *shape, double *torque, double *friction) {
-  (void)shape;
+  double side = shape[1] < 0.0 ? -1.0 : 1.0, depth = side * (now->q - shape[0]);
+  int k;
+
   torque[0] = now->q;
   torque[1] = now->q * now->q * now->q;
   torque[2] = 1.0;
-  friction[0] = friction[1] = friction[2] = 0.0;
+  torque[3] = now->q * now->q;
+  torque[4] = depth > 0.0 ? side * depth : 0.0;
+  for (k = 0; k < 5; k++) friction[k] = 0.0;
 }
 
 const tl_effect_kind tl_effect_parallel_spring = {
@@ -15,10 +20,14 @@ const tl_effect_kind tl_effect_parallel_spring = {
     .places = TL_EFFECT_AT_JOINTS,
     .acts = TL_EFFECT_MECHANICAL,
     .needs_load_sensor = 0,
-    .strengths = 3,
-    .shapes = 0,
-    .parameter = {{"stiffness_Nm_rad", -50.0, 50.0, 3.0},
-                  {"stiffening_Nm_rad3", -500.0, 500.0, 0.0},
-                  {"preload_Nm", -20.0, 20.0, 0.0}},
+    .strengths = 5,
+    .shapes = 2,
+    .parameter = {{"stiffness_Nm_rad", -1e4, 1e4, 3.0, 0, 0.0},
+                  {"stiffening_Nm_rad3", -1e6, 1e6, 0.0, 0, 0.0},
+                  {"preload_Nm", -1000.0, 1000.0, 0.0, 0, 0.0},
+                  {"bend_Nm_rad2", -1e5, 1e5, 0.0, TL_OTHERWISE(0.0)},
+                  {"bumper_Nm_rad", 0.0, 1e5, 0.0, TL_OTHERWISE(0.0)},
+                  {"bumper_rad", -1000.0, 1000.0, 0.0, TL_OTHERWISE(0.0)},
+                  {"bumper_side", -1.0, 1.0, 1.0, TL_OTHERWISE(1.0)}}, /* below 0: met from above */
     .law = law,
 };

@@ -1,11 +1,18 @@
-/* position_friction.c: friction along the travel, to second order in the angle: misalignment, seals, cables */
+/* position_friction.c: friction along the travel: a polynomial in the angle, and a wave: misalignment, seals, cables */
 #include "effects.h"
 
+#include "talus/math.h"
+
 static void law(const tl_effect_instant *now, const double *shape, double *torque, double *friction) {
-  (void)shape;
-  torque[0] = torque[1] = 0.0;
-  friction[0] = now->q;
-  friction[1] = now->q * now->q;
+  double x = now->q - shape[0], power = x;
+  int k;
+
+  for (k = 0; k < 6; k++) torque[k] = 0.0;
+  for (k = 0; k < 4; k++) {
+    friction[k] = power;
+    power *= x;
+  }
+  tl_sincos(shape[1] * x, &friction[4], &friction[5]);
 }
 
 const tl_effect_kind tl_effect_position_friction = {
@@ -15,8 +22,15 @@ const tl_effect_kind tl_effect_position_friction = {
     .acts = TL_EFFECT_MECHANICAL,
     .dry = 1,
     .needs_load_sensor = 0,
-    .strengths = 2,
-    .shapes = 0,
-    .parameter = {{"slope_Nm_rad", -20.0, 20.0, 0.5}, {"bend_Nm_rad2", -50.0, 50.0, 1.0}},
+    .strengths = 6,
+    .shapes = 2,
+    .parameter = {{"slope_Nm_rad", -1e4, 1e4, 0.5, 0, 0.0},
+                  {"bend_Nm_rad2", -1e6, 1e6, 1.0, 0, 0.0},
+                  {"cubic_Nm_rad3", -1e8, 1e8, 0.0, TL_OTHERWISE(0.0)},
+                  {"quartic_Nm_rad4", -1e10, 1e10, 0.0, TL_OTHERWISE(0.0)},
+                  {"sine_Nm", -100.0, 100.0, 0.0, TL_OTHERWISE(0.0)},
+                  {"cosine_Nm", -100.0, 100.0, 0.0, TL_OTHERWISE(0.0)},
+                  {"middle_rad", -1000.0, 1000.0, 0.0, TL_OTHERWISE(0.0)}, /* the angle counts from here */
+                  {"wave_1_rad", 0.0, 10000.0, 0.0, TL_OTHERWISE(0.0)}},
     .law = law,
 };

@@ -16,6 +16,6 @@ const tl_effect_kind tl_effect_sensor_offset = {
     .needs_load_sensor = 1,
     .strengths = 1,
     .shapes = 0,
-    .parameter = {{"offset_Nm", -20.0, 20.0, 0.1}},
+    .parameter = {{"offset_Nm", -1000.0, 1000.0, 0.1, 0, 0.0}},
     .law = law,
 };

@@ -19,8 +19,8 @@ const tl_effect_kind tl_effect_stribeck = {
     .needs_load_sensor = 0,
     .strengths = 1,
     .shapes = 2,
-    .parameter = {{"extra_Nm", 0.0, 20.0, 0.4},
-                  {"speed_rad_s", 0.005, 1.0, 0.1},
-                  {"exponent", 0.5, 2.0, 2.0}},
+    .parameter = {{"extra_Nm", 0.0, 200.0, 0.4, 0, 0.0},
+                  {"speed_rad_s", 0.0002, 10.0, 0.1, 0, 0.0},
+                  {"exponent", 0.5, 2.0, 2.0, 0, 0.0}},
     .law = law,
 };

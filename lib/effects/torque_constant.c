@@ -15,6 +15,6 @@ const tl_effect_kind tl_effect_torque_constant = {
     .needs_load_sensor = 1,
     .strengths = 1,
     .shapes = 0,
-    .parameter = {{"excess", -0.9, 2.0, 0.1}},
+    .parameter = {{"excess", -0.9, 2.0, 0.1, 0, 0.0}},
     .law = law,
 };

@@ -6,10 +6,11 @@
 #include "talus/math.h"
 
 static void law(const tl_effect_instant *now, const double *shape, double *torque, double *friction) {
-  double size = fabs(now->motor_Nm);
+  double beyond = fabs(now->motor_Nm) - shape[1];
 
-  /* the current must be higher than torque over constant: by torque * droop * |torque|^exponent */
-  torque[0] = now->ratio * now->motor_Nm * tl_pow(size, shape[0]);
+  /* the current must be higher than torque over constant: by droop times a power of the torque beyond `begin` */
+  torque[0] = beyond > 0.0 ? now->ratio * tl_pow(beyond, 1.0 + shape[0]) : 0.0;
+  if (now->motor_Nm < 0.0) torque[0] = -torque[0];
   friction[0] = 0.0;
 }
 
@@ -20,7 +21,9 @@ const tl_effect_kind tl_effect_torque_saturation = {
     .acts = TL_EFFECT_MEASURED,
     .needs_load_sensor = 0,
     .strengths = 1,
-    .shapes = 1,
-    .parameter = {{"droop_1_Nm", -5.0, 50.0, 0.5}, {"exponent", 1.0, 3.0, 1.0}},
+    .shapes = 2,
+    .parameter = {{"droop_1_Nm", -1e9, 1e9, 0.5, 0, 0.0}, /* 1 / Nm^exponent */
+                  {"exponent", 0.0, 8.0, 1.0, 0, 0.0},
+                  {"begin_Nm", 0.0, 1e4, 0.0, TL_OTHERWISE(0.0)}},
     .law = law,
 };

@@ -11,10 +11,16 @@ One file, one subject, in the order in which a diagnosis runs:
     search.py           which effects, up to three
     verdict.py          probabilities, none and unknown
     figures.py          the gap in the contract's figures
+    motion.py           the model in forward time under the recorded torque, against the recorded motion
+    acting.py           effects in forward time
     where.py            maps of the systematic residual
-    experiment.py       what to record next
+    experiment/         what to record next, and its trajectory
     report.py           GAP.json
+    physical.py         from base parameters to physical ones
+    refit.py            effects and physical parameters together, for the model file
     fitted.py           the model with its effects
+    words.py            the diagnosis in plain words, figures in readable units
+    picture_maps.py     the page's maps and curves
     picture.py          the page
     command.py          the command line
 

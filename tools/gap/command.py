@@ -29,6 +29,7 @@ says where the gap between a model and its recordings lies, which effect causes 
   -r, --report GAP.json        the diagnosis, for machines
       --html GAP.html          the diagnosis as a page
       --save-model FITTED.yaml the identified model, extended by the effects that were found
+      --trajectory NEXT.csv    the next experiment's trajectory (default: beside GAP.json, GAP.next.csv)
       --seed N                 seed of all random numbers (default 1)
   -q, --quiet                  say nothing but warnings
   -h, --help                   print this text
@@ -36,6 +37,7 @@ says where the gap between a model and its recordings lies, which effect causes 
 
 The same seed, recordings and version give the same bytes in GAP.json and FITTED.yaml.
 """
+TOO_LITTLE_MOTION = "too few samples in motion"  # talus-identify's words
 LARGEST_SEED = 2**64 - 1
 
 
@@ -52,7 +54,7 @@ class Options:
 
     def __init__(self, arguments):
         self.seed, self.quiet = "1", False
-        long = ["model=", "report=", "html=", "save-model=", "seed=", "quiet", "help", "version"]
+        long = ["model=", "report=", "html=", "save-model=", "trajectory=", "seed=", "quiet", "help", "version"]
         try:
             pairs, self.recordings = getopt.gnu_getopt(arguments, "m:r:qh", long)
         except getopt.GetoptError as error:
@@ -71,7 +73,9 @@ class Options:
         if not (self.seed.isascii() and self.seed.isdigit() and int(self.seed) <= LARGEST_SEED):
             raise Refused(2, f"--seed: expected a whole number from 0 to {LARGEST_SEED}, found '{self.seed}'")
         self.quiet = "--quiet" in self.flags
+        self.trajectory = self.flags.get("--trajectory") or os.path.splitext(self.flags["--report"])[0] + ".next.csv"
         outputs = [self.flags[name] for name in ("--report", "--html", "--save-model") if name in self.flags]
+        outputs.append(self.trajectory)
         if len({os.path.realpath(path) for path in outputs}) < len(outputs):
             raise Refused(2, "two outputs have the same name")
         inputs = {os.path.realpath(path) for path in (self.flags["--model"], *self.recordings)}
@@ -114,6 +118,8 @@ def identify(options):
         except OSError as error:
             raise Refused(1, f"{program}: {error.strerror}") from error
         words = done.stderr.replace("talus-identify", NAME).rstrip("\n")
+        if done.returncode == 2 and TOO_LITTLE_MOTION in words:  # a sensor at the output, or nothing to diagnose
+            return None, yaml.safe_load(Path(options.flags["--model"]).read_text(encoding="utf-8"))
         if done.returncode != 0:
             raise Refused(2 if done.returncode == 2 else 1, words.removeprefix(f"{NAME}: "))
         if words:
@@ -185,7 +191,7 @@ def diagnose(options, step):
     evidence = Evidence(given, [track for track in tracks if track.parts], tree)
     finished, fit = search(evidence, list(model.base.values()), step)
     step("maps")
-    return report.diagnosis(finished, judge(finished, fit)), tree, model
+    return report.diagnosis(finished, judge(finished, fit), int(options.seed)), tree, model
 
 
 def run(arguments):
@@ -201,7 +207,11 @@ def run(arguments):
     step = Progress(options.quiet)
     try:
         found, tree, model = diagnose(options, step)
-        texts, notes = {options.flags["--report"]: report.to_text(found.report)}, []
+        texts, notes = {}, []
+        if found.trajectory:
+            found.report["next_experiment"]["trajectory"] = os.path.basename(options.trajectory)
+            texts[options.trajectory] = found.trajectory
+        texts[options.flags["--report"]] = report.to_text(found.report)
         if "--save-model" in options.flags:
             texts[options.flags["--save-model"]], notes = fitted.model_text(tree, model, found)
         if "--html" in options.flags:

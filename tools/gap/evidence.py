@@ -13,6 +13,10 @@ from .linkage import transmission
 
 SCORED, NEAR_STOP = 1, 2
 FOLDS = 5
+HARDLY_MOVES = 0.2  # share of the time
+LARGEST_RATIO = 1.15  # of noise between periods to noise between samples, where both are the same noise
+MOST_ROWS = 30000  # of one kind of channel
+MOST_STATES = 4000  # compared with each other
 ROWS_PER_PERIOD = 2.6  # of the low-pass frequency: little lies beyond half of that
 
 
@@ -43,7 +47,8 @@ class Evidence:
         self.angle_kinds = [kind for kind in ("E", "K", "F") if kind in self.kinds]
         self.bandwidth = [track.noise_bandwidth() for track in tracks]
         self.periods_s = [noise.find_period_s(track) for track in tracks]
-        self._find_sigma()
+        self.find_sigma()
+        self.periodic = any(period is not None for period in self.periods_s)
         self._find_blocks()
         self._thin()
 
@@ -52,11 +57,24 @@ class Evidence:
     def _channels(self, record):
         track = self.tracks[record]
         for joint in range(self.joints):
-            yield Channel(record, f"T{joint}", track.target[joint], track.kind[joint] == SCORED)
+            yield Channel(record, f"T{joint}", track.target[joint], self._scored(track, joint))
         for kind in ("E", "K", "F") if self.leg else ():
             raw = self.raw(record, kind)
             if raw is not None:
-                yield Channel(record, kind, track.operate(raw), track.kind[0 if kind == "K" else 1] != 0)
+                yield Channel(record, kind, track.operate(raw), self._angle_rows(track, kind))
+
+    def _scored(self, track, joint):
+        """Instants that count. With a sensor at the output the load is known while the joint stands, too: where it hardly
+        moves, friction is part of what differs, and all instants count."""
+        moving = track.kind[joint] == SCORED
+        if self.load_sensor and moving.sum() < HARDLY_MOVES * (track.kind[joint] != 0).sum():
+            return track.kind[joint] != 0
+        return moving
+
+    @staticmethod
+    def _angle_rows(track, kind):
+        """Near the ankle's stops an encoder's step stands still, which is no white noise."""
+        return track.kind[0] != 0 if kind == "K" else track.kind[1] == SCORED
 
     def raw(self, record, kind):
         """A channel's reading at the samples; None where the recording lacks it."""
@@ -89,20 +107,36 @@ class Evidence:
 
     # ---- noise and blocks ----------------------------------------------------------
 
-    def _find_sigma(self):
-        """Standard deviation of each kind's noise at the samples."""
-        self.sigma = {}
+    def find_sigma(self, residual=None):
+        """Standard deviation of each kind's noise at the samples. `residual(channel)` is what a model leaves of a torque:
+        the better the model, the nearer the noise. Without one, noise that is not white is not seen."""
+        self.sigma, self.irregular = {}, {}
         for kind in self.kinds:
             mine = [c for c in self.channels if c.kind == kind]
+            white = self._pooled([(noise.above_motion(self.raw(c.record, kind)), len(c.rows)) for c in mine])
             repeats = [(s, len(c.rows)) for c in mine if (s := self._repeat_sigma(c)) is not None]
-            found = repeats or [(noise.above_motion(self.raw(c.record, kind)), len(self.tracks[c.record].t_s)) for c in mine]
-            self.sigma[kind] = float(np.sqrt(sum(s * s * n for s, n in found) / max(sum(n for _, n in found), 1)))
+            self.sigma[kind] = self._pooled(repeats or [(self._unrepeated_sigma(c, residual), len(c.rows)) for c in mine])
+            # what differs between periods more than from sample to sample is no noise of the sensor
+            ratio = self.sigma[kind] / max(white, 1e-12) if repeats else 1.0
+            self.irregular[kind] = max(ratio**2 - LARGEST_RATIO**2, 0.0)
             self.sigma[kind] = max(self.sigma[kind], 1e-12)
         if "E" in self.sigma:  # quantisation repeats with the motion, so repeats do not show all of it
             columns = self.tracks[0].columns
             ratio = np.median(np.abs(self.transmissions[1].ratio(self.ankle_rad[0])))
             steps = noise.least_step(columns["ankle_joint_rad"]), noise.least_step(columns["ankle_motor_rad"]) / ratio
             self.sigma["E"] = max(self.sigma["E"], np.hypot(*steps) / np.sqrt(12))
+
+    @staticmethod
+    def _pooled(found):
+        """Root mean square of deviations, each of a number of rows."""
+        return float(np.sqrt(sum(s * s * n for s, n in found) / max(sum(n for _, n in found), 1)))
+
+    def irregular_excess(self):
+        """Chi-square of what the torques show beyond white noise, and does not come back with the motion. One joint alone
+        is a machine's, whose noise may have a colour."""
+        if self.joints == 1:
+            return 0.0
+        return sum(x * self.freedom(kind) for kind, x in self.irregular.items() if kind[0] == "T")
 
     def _repeat_sigma(self, channel):
         track, period_s = self.tracks[channel.record], self.periods_s[channel.record]
@@ -112,6 +146,17 @@ class Evidence:
         mask[channel.rows] = True
         found = noise.repeat_deviation(track, channel.values, mask, period_s)
         return None if found is None else found / np.sqrt(self.bandwidth[channel.record])
+
+    def _unrepeated_sigma(self, channel, residual):
+        """Where nothing repeats: what lies above the motion is white noise, what differs between nearly the same states
+        also holds coloured noise."""
+        white = noise.above_motion(self.raw(channel.record, channel.kind))
+        if residual is None or channel.kind[0] != "T" or len(channel.rows) < noise.FEWEST_REPEATED_ROWS:
+            return white
+        track = self.tracks[channel.record]
+        rows = channel.rows[::max(1, len(channel.rows) // MOST_STATES)]
+        coloured = noise.near_repeat_deviation(track.states(rows), residual(channel)[rows], track.grid_t_s[rows])
+        return white if coloured is None else max(white, coloured / np.sqrt(self.bandwidth[channel.record]))
 
     def _find_blocks(self):
         """Block of every grid instant: whole periods, or about the wanted length."""
@@ -130,10 +175,11 @@ class Evidence:
         self.fold_count = len(np.unique(self.folds))
 
     def _thin(self):
-        """Rows that lie closer than the low-pass can tell apart say nothing new."""
+        """Rows that lie closer than the low-pass can tell apart say nothing new; and of very long recordings a part will do."""
         fastest_Hz = max(track.recording.score.lowpass_hz for track in self.tracks)
         step_s = min(track.step_s for track in self.tracks)
-        self.thin = max(1, int(1 / (ROWS_PER_PERIOD * fastest_Hz * step_s)))
+        most = max(sum(len(c.rows) for c in self.channels if c.kind == kind) for kind in self.kinds)
+        self.thin = max(1, int(1 / (ROWS_PER_PERIOD * fastest_Hz * step_s)), -(-most // MOST_ROWS))
         for channel in self.channels:
             channel.thinned = channel.rows[channel.rows % self.thin == 0]
 
@@ -150,7 +196,12 @@ class Evidence:
             out[:, self.bases + self.angle_kinds.index(channel.kind)] = 1
         return out
 
-    def freedom(self, torque_only=False):
-        """Degrees of freedom of the noise over all rows."""
+    def kinds_at(self, joint):
+        """The channels that an effect at a joint shows in first."""
+        own = {"ankle": ("T1", "E", "F"), "knee": ("T0", "K")}.get(joint, self.kinds) if self.leg else self.kinds
+        return [kind for kind in self.kinds if kind in own]
+
+    def freedom(self, kind=None):
+        """Degrees of freedom of the noise over all rows, or those of one kind."""
         return float(sum(self.thin * len(c.thinned) * self.bandwidth[c.record] for c in self.channels
-                         if not torque_only or c.kind[0] == "T"))  # fmt: skip
+                         if kind in (None, c.kind)))  # fmt: skip

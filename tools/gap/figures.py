@@ -4,6 +4,8 @@ import numpy as np
 
 from .evidence import NEAR_STOP
 
+BOOTSTRAPS = 400
+
 
 class Residuals:
     """Residuals of one fit on the grid, by (record, kind): every block by the fit that left out its fold."""
@@ -65,7 +67,31 @@ def closed_fraction(identified, extended, floor):
     return float(np.clip((identified**2 - extended**2) / (identified**2 - floor**2), 0.0, 1.0))
 
 
-def gap(evidence, before, after):
+def block_sums(evidence, residuals, joint):
+    """Squares of one joint's residual on its scored rows, and their number, by block."""
+    squares, number = np.zeros(evidence.blocks), np.zeros(evidence.blocks)
+    for c in evidence.channels:
+        if c.kind == f"T{joint}":
+            block = evidence.block_of[c.record][c.rows]
+            squares += np.bincount(block, residuals.of[c.record, c.kind][c.rows] ** 2, minlength=evidence.blocks)
+            number += np.bincount(block, minlength=evidence.blocks)
+    return squares, number
+
+
+def closed_interval(evidence, before, after, joint, floor, seed):
+    """95 % interval of the closed fraction: blocks drawn anew, within each recording as many as it has."""
+    random = np.random.Generator(np.random.Philox(seed))
+    (old, number), (new, _) = (block_sums(evidence, r, joint) for r in (before, after))
+    times = np.zeros((BOOTSTRAPS, evidence.blocks))
+    for record in np.unique(evidence.block_record):
+        mine = np.flatnonzero(evidence.block_record == record)
+        times[:, mine] = random.multinomial(len(mine), np.full(len(mine), 1 / len(mine)), BOOTSTRAPS)
+    rows = np.maximum(times @ number, 1)
+    drawn = [closed_fraction(a, b, floor) for a, b in zip(np.sqrt(times @ old / rows), np.sqrt(times @ new / rows))]
+    return [float(x) for x in np.quantile(drawn, [0.025, 0.975])]
+
+
+def gap(evidence, before, after, seed):
     """`gap` of the report."""
     out = {}
     for joint, name in enumerate(evidence.model.joints):
@@ -83,6 +109,8 @@ def gap(evidence, before, after):
             "noise_floor_rms": floor,
             "closed_fraction": closed_fraction(identified, extended, floor),
             "reversal_rms": near,
+            "measured_rms": root_mean_square([evidence.tracks[c.record].measured[joint][c.rows] for c in channels]),
+            "closed_interval": closed_interval(evidence, before, after, joint, floor, seed),
         }
     return out
 

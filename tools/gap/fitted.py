@@ -1,32 +1,12 @@
 """The model with its effects, as a file that every program reads."""
 
-import numpy as np
 import yaml
 
 from talus import ffi, lib
 
-NEWTON_STEPS = 20
-STEP = 1e-6
+from .refit import best_shapes, joint_fit
 
-
-def physical(model, base):
-    """Parameters of base parameters: the nearest to the model's own, relative to each; None if none is near."""
-    trial, names = model.copy(), list(model.parameters)
-    start = np.array(list(model.parameters.values()))
-    scale = np.maximum(np.abs(start), 1e-6)
-
-    def base_of(u):
-        trial.set_parameters(**dict(zip(names, start + scale * u)))
-        return np.array(list(trial.base.values()))
-
-    u, size = np.zeros(len(start)), np.maximum(np.abs(base), 1e-9)
-    for _ in range(NEWTON_STEPS):
-        now = base_of(u)
-        slope = np.array([(base_of(u + STEP * e) - now) / STEP for e in np.eye(len(u))]).T
-        # the smallest u that meets the linearised equations, not the smallest step
-        u = np.linalg.lstsq(slope / size[:, None], (base - now + slope @ u) / size, rcond=1e-12)[0]
-    close = np.allclose(base_of(u), base, rtol=1e-6, atol=1e-9)
-    return dict(zip(names, (start + scale * u).tolist())) if close and np.all(np.isfinite(u)) else None
+BOUND_CHI2, BOUND_SHARE = 50.0, 0.02  # that bounds may cost without a note: chi-square, and share of what effects gain
 
 
 def place(tree, name, value):
@@ -51,22 +31,29 @@ def kind_parameters(effect):
     kind = lib.tl_effect_find(effect.encode())
     if kind == ffi.NULL:
         return []
-    count = kind.strengths + kind.shapes
-    return [(ffi.string(kind.parameter[k].name).decode(), kind.parameter[k].low, kind.parameter[k].high) for k in range(count)]
+    every = [kind.parameter[k] for k in range(kind.strengths + kind.shapes)]
+    return [(ffi.string(p.name).decode(), p.low, p.high) for p in every]
 
 
-def saved_effects(fit):
+def required(effect):
+    """Names of the parameters that a model file must give."""
+    kind = lib.tl_effect_find(effect.encode())
+    return [name for k, (name, _, _) in enumerate(kind_parameters(effect))
+            if not kind.parameter[k].flags & lib.TL_PARAMETER_OPTIONAL]  # fmt: skip
+
+
+def saved_effects(chosen, every):
     """(entries of the model file, notes on what was left out)."""
     entries, notes = [], []
-    for candidate, strengths in zip(fit.chosen, fit.strengths):
+    for candidate, strengths in (piece for c, own in zip(chosen, every) for piece in c.pieces(own)):
         known = kind_parameters(candidate.effect)
-        values = candidate.parameters(strengths) if candidate.saved else {}
-        if not candidate.saved or not known or set(values) - {name for name, _, _ in known}:
+        values, must = candidate.entry(strengths), required(candidate.effect)
+        if set(values) - {name for name, _, _ in known}:  # tests hold the catalogue against this
             notes.append(f"{candidate.effect} of the {candidate.joint} ({candidate.shape}) has no counterpart in model "
                          "files and is left out")  # fmt: skip
             continue
-        full = {name: float(values.get(name, 0.0)) for name, _, _ in known}
-        if any(not low <= full[name] <= high for name, low, high in known):
+        full = {name: values.get(name, 0.0) for name, _, _ in known if name in values or name in must}
+        if any(name in full and not low <= full[name] <= high for name, low, high in known):
             notes.append(f"{candidate.effect} of the {candidate.joint} is out of the model file's range and is left out")
             continue
         entries.append({"effect": candidate.effect, "joint": candidate.joint, "parameters": full})
@@ -75,18 +62,19 @@ def saved_effects(fit):
 
 def model_text(tree, model, diagnosis):
     """(text of the model file, notes)."""
-    entries, notes = saved_effects(diagnosis.fit) if diagnosis.fit else ([], [])
-    if entries and not notes:  # parameters that were fitted with the effects belong to all of them
-        base = diagnosis.after.strengths[:len(model.base)]
-        found = physical(model, base)
-        trial = model.copy()
-        if found:
-            trial.set_parameters(**found)
-        if found and lib.tl_model_check(trial.struct) == lib.TL_OK:
-            for name, value in found.items():
-                place(tree, name, value)
-        else:
-            notes.append("the parameters that suit the effects are not physical; the identified ones are kept")
+    fit, entries, notes = diagnosis.fit, [], []
+    chosen = best_shapes(diagnosis.search, fit.chosen) if fit else []
+    found = joint_fit(diagnosis.search, chosen, model) if chosen else None
+    if chosen:
+        entries, notes = saved_effects(chosen, found[1]) if found else saved_effects(fit.chosen, fit.strengths)
+    if entries and found and not notes:  # parameters that were fitted with the effects belong to all of them
+        for name, value in found[0].items():
+            place(tree, name, value)
+        if found[2] > BOUND_CHI2 + BOUND_SHARE * max(diagnosis.search.plain.excess - fit.excess, 0.0):
+            notes.append("with the effects, parameters end at their physical bounds: the model file fits less well than "
+                         "said")  # fmt: skip
+    elif entries and not notes:
+        notes.append("these recordings do not tell all parameters: the identified ones are kept beside the effects")
     if entries:
         tree = {**tree, "effects": entries}
     return "# diagnosed by talus-gap\n" + yaml.safe_dump(tree, sort_keys=False, default_flow_style=None, width=1000), notes

@@ -88,7 +88,13 @@ class Gram:
             norms[owner] += np.einsum("ij,ij->i", rows, rows, dtype=float)
         usable = np.isfinite(norms) & (norms > TINY**2)
         self.candidates = [c for c in candidates if usable[self.of(c)].all()]
-        self.own = {c: self.among(self.gathered(self.of(c))) for c in self.candidates}
+        self._own = {}
+
+    def own(self, candidate):
+        """Products (folds, k, k) of a candidate's columns among themselves."""
+        if candidate not in self._own:
+            self._own[candidate] = self.among(self.gathered(self.of(candidate)))
+        return self._own[candidate]
 
     def of(self, candidate):
         """Numbers of a candidate's columns."""
@@ -147,7 +153,7 @@ class Gram:
             gram[..., old[:, None], new] = np.moveaxis(beside[:, order][:, :, places], 2, 0)
             gram[..., new[:, None], old] = np.swapaxes(gram[..., old[:, None], new], -1, -2)
             gram[..., new, -1] = gram[..., -1, new] = np.moveaxis(beside[:, self.first][:, places], 1, 0)
-            gram[..., new[:, None], new] = np.array([self.own[c] for c in group])
+            gram[..., new[:, None], new] = np.array([self.own(c) for c in group])
             chi2, strengths = held_out(gram)
             out.update({c: (x, s[len(self.base):]) for c, x, s in zip(group, chi2, strengths)})
         return [out[c] for c in candidates]
@@ -167,13 +173,13 @@ class Gram:
         return float(chi2[0]), strengths[0][len(self.base):]
 
     def held_out_blocks(self, columns):
-        """Chi-square of each block, by the fit that has not seen its fold."""
-        strengths, out = self.fold_strengths(columns), np.zeros(self.evidence.blocks)
+        """Chi-square of each block by the fit that has not seen its fold, for each kind of channel: {kind: (blocks)}."""
+        strengths, out = self.fold_strengths(columns), {}
         for layout, plain, own in zip(self.layouts, self.plain, self.gathered(columns)):
             residual = plain[-1].copy()
             for f, part in enumerate(layout.slices):
                 residual[part] -= strengths[f] @ np.concatenate([plain[:-1, part], own[:, part]])
-            out += np.bincount(layout.block, residual**2, minlength=len(out))
+            out[layout.kind] = np.bincount(layout.block, residual**2, minlength=self.evidence.blocks)
         return out
 
     def fold_strengths(self, columns):

@@ -1,4 +1,4 @@
-"""Laws that must be stepped in time, along arrays: friction with memory, and a link behind a spring and a gap."""
+"""Laws that must be stepped in time, along arrays: friction with memory, a link behind a spring and a gap, filters."""
 
 from dataclasses import dataclass
 
@@ -8,12 +8,13 @@ from talus import ffi, lib, pointer
 
 MOST_STEPS = 60  # of the link for one sample
 LARGEST_STEP = 1.0  # rad: beyond it a stepped oscillation grows
+DAMPING_RATIO = 0.1  # of the spring: metal gears, and enough for the free motion to die out
 
 
-def dahl(position, travel, power):
-    """Dahl's friction state in [-1, 1] along a position, power 1 or 2."""
+def dahl(position, travel, power, first=0.0):
+    """Dahl's friction state in [-1, 1] along a position."""
     position, state = np.ascontiguousarray(position, float), np.empty(len(position))
-    lib.tl_gap_dahl(pointer(position), len(position), travel, power == 2, pointer(state))
+    lib.tl_stepped_dahl(pointer(position), len(position), travel, power, first, pointer(state))
     return state
 
 
@@ -25,16 +26,31 @@ class LinkShape:
     half: float
     share: float
 
+    def damping_s(self, inertia):
+        """Damping of the spring over its stiffness."""
+        return 2 * DAMPING_RATIO * np.sqrt(inertia / self.stiffness)
 
-def link_behind(shape, step_s, motor_speed, other_Nm, inertia, coulomb_Nm, viscous):
-    """Angle of the link less the motor's, and torque through the spring.
 
-    The motor's speed (at the joint) is given on an even grid, and the torque `other_Nm` that the link needs besides
-    its inertia and friction."""
-    link = ffi.new("tl_gap_link *", {
+def link_behind(shape, t_s, motor, other_Nm, first_Nm, inertia, coulomb_Nm, viscous):
+    """Angle of the link less the motor's, torque through the spring, and acceleration of the link, at the samples t_s.
+
+    The motor's angle and speed (at the joint) are given, and the torque `other_Nm` that the link needs besides its
+    inertia and friction; at the begin the spring carries `first_Nm`."""
+    link = ffi.new("tl_stepped_link *", {
         "stiffness_Nm_rad": shape.stiffness, "gap_rad": 2 * shape.half, "friction_share": shape.share,
-        "inertia_kg_m2": inertia, "coulomb_Nm": coulomb_Nm, "viscous_Nms_rad": viscous, "step_s": step_s})  # fmt: skip
-    motor_speed, other_Nm = (np.ascontiguousarray(x, float) for x in (motor_speed, other_Nm))
-    angle, torque = np.empty(len(motor_speed)), np.empty(len(motor_speed))
-    lib.tl_gap_link_along(link, pointer(motor_speed), pointer(other_Nm), len(angle), pointer(angle), pointer(torque))
-    return angle, torque
+        "damping_s": shape.damping_s(inertia), "inertia_kg_m2": inertia, "coulomb_Nm": coulomb_Nm,
+        "viscous_Nms_rad": viscous, "first_Nm": first_Nm,
+        "step_s": (t_s[-1] - t_s[0]) / (len(t_s) - 1)})  # fmt: skip
+    rows = [np.ascontiguousarray(x, float) for x in (t_s, *motor, other_Nm)]
+    out = np.empty((3, len(t_s)))
+    motion = ffi.new("tl_stepped_motion *", [pointer(x) for x in out])
+    lib.tl_stepped_link_along(link, *map(pointer, rows), len(t_s), motion)
+    return out
+
+
+def second_order(b, a, x):
+    """A filter of second order from rest, numerator b and denominator a of three coefficients each."""
+    b, a, x = (np.ascontiguousarray(v, float) for v in (b, a, x))
+    out = np.empty(len(x))
+    lib.tl_stepped_second_order(pointer(b), pointer(a), pointer(x), len(x), pointer(out))
+    return out

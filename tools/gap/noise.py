@@ -2,19 +2,29 @@
 
 import numpy as np
 from scipy.interpolate import CubicSpline
-from scipy.stats import chi2
+from scipy.spatial import cKDTree
+from scipy.special import gammaincinv
 
 BLOCK_S = 4.0  # longer than the memory of friction, springs and mount
 SHORTEST_BLOCK_S = 1.0
 WANTED_BLOCKS = 20  # short recordings get shorter blocks: a gain is judged by its spread over blocks
-SHORTEST_PERIOD_S = 0.5
+SHORTEST_PERIOD_S, LONGEST_PERIOD_S = 0.5, 120.0
 REPEATS_BELOW = 1e-3  # mismatch of the angle, over twice its variance, of a motion that repeats
 FEWEST_REPEATED_ROWS = 50
+NEAR_REPEAT_AFTER_S = 1.0  # what comes back sooner is the same motion, not another
+NEIGHBOURS = 60
+NEAREST_SHARE = 0.25
+FEWEST_PAIRS = 30
 
 
 def robust_deviation(x):
     """Standard deviation by the median absolute deviation."""
     return 1.4826 * np.median(np.abs(x - np.median(x)))
+
+
+def median_of_chi2(freedom):
+    """Median of the chi-square distribution."""
+    return 2 * gammaincinv(freedom / 2, 0.5)
 
 
 def above_motion(raw):
@@ -39,7 +49,7 @@ def find_period_s(track):
         return max(np.mean((x[lag:] - x[:-lag]) ** 2) / (2 * np.var(x) + 1e-30) for x in angles)
 
     stride = max(1, int(0.02 / step_s))
-    lags = np.arange(int(SHORTEST_PERIOD_S / step_s), int(n / 2.5), stride)
+    lags = np.arange(int(SHORTEST_PERIOD_S / step_s), int(min(n / 2.5, LONGEST_PERIOD_S / step_s)), stride)
     found = np.array([mismatch(lag) for lag in lags])
     below = np.flatnonzero(found < REPEATS_BELOW)
     if not len(below):
@@ -77,7 +87,26 @@ def repeat_deviation(track, values, mask, period_s):
     variance = (change**2).mean(0) / (6 if second else 2)
     # degrees of freedom of overlapping differences
     freedom = 0.59 * (periods - 2) + 0.2 if second else 0.67 * (periods - 1)
-    return np.sqrt(np.median(variance) / (chi2.median(freedom) / freedom))
+    return np.sqrt(np.median(variance) / (median_of_chi2(freedom) / freedom))
+
+
+def near_repeat_deviation(states, residual, t_s):
+    """Standard deviation of what differs where nearly the same state comes back, or None: the pure error of a lack-of-fit
+    test, for motions that do not repeat. `states` (n, k), the residual of a model that knows most of them, and times.
+
+    The nearest pairs only, each a second or more apart; their median, so that the few that differ in something else
+    do not count."""
+    unit = (states - states.mean(0)) / (states.std(0) + 1e-12)
+    distance, index = cKDTree(unit).query(unit, k=min(NEIGHBOURS, len(unit)))
+    apart = np.abs(t_s[index] - t_s[:, None]) > NEAR_REPEAT_AFTER_S
+    first = apart.argmax(1)
+    row = np.flatnonzero(apart.any(1))
+    if len(row) < FEWEST_PAIRS:
+        return None
+    near = distance[row, first[row]]
+    row = row[near <= np.quantile(near, NEAREST_SHARE)]
+    half = (residual[row] - residual[index[row, first[row]]]) ** 2 / 2
+    return float(np.sqrt(np.median(half) / median_of_chi2(1.0)))
 
 
 def least_step(values):

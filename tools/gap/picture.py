@@ -4,43 +4,34 @@ import hashlib
 import tempfile
 from pathlib import Path
 
-import numpy as np
-
 import talus
 from talus import constants
 
-COORDINATE_LABELS = {
-    "position": "position [rad]", "velocity": "velocity [rad/s]", "acceleration": "acceleration [rad/s²]",
-    "load": "load at the joint [Nm]", "current": "motor torque [Nm]", "time": "time [s]",
-    "reversal": "time since the last stop [s]",
-}  # fmt: skip
-MOST_POINTS = 1500  # of a line: more than a screen shows
+from . import picture_maps, words
+from .words import Scale, sentence
 
+__all__ = ["page", "sentence"]
 
-def sentence(found):
-    """The diagnosis in plain words."""
-    verdict, gaps = found["verdict"], found["gap"]
-    sure = f"(probability {verdict['probability']:.2f})"
-    if verdict["effect"] == "none":
-        return f"The model explains these recordings down to their noise; no further effect is needed {sure}."
-    if verdict["effect"] == "unknown":
-        return f"A gap remains that no known effect explains, or the recordings cannot tell {sure}."
-    joint = verdict["joint"] if verdict["joint"] in gaps else max(gaps, key=lambda j: gaps[j]["closed_fraction"])
-    closed = 100 * gaps[joint]["closed_fraction"]
-    return (f"The gap is caused by {verdict['effect'].replace('_', ' ')} at the {verdict['joint']} {sure}; modelling it "
-            f"closes {closed:.0f} % of the {joint}'s systematic torque error.")  # fmt: skip
+GAP = {"nominal": "as given", "identified": "identified", "extended": "with effects", "noise_floor": "noise floor"}
+ROLES = {"nominal": "nominal", "identified": "identified", "extended": "extended", "noise_floor": "noise"}
+MOST_CAUSES, MOST_PLACES, LEAST_SHOWN = 8, 8, 0.005
+MOST_POINTS = 1500  # of a trajectory: more than a screen shows
 
 
 def page(found, options):
     """The page's text."""
-    out = talus.Page("Where the gap lies", sentence(found.report))
-    _bars(out, found.report)
-    _ranking(out, found.report)
+    report = found.report
+    out = talus.Page("Where the gap lies", sentence(report))
+    poor = words.is_poor(report)
+    _gap(out, report, poor)
+    _motion(out, report)
+    if not poor:
+        _causes(out, report)
+        _where(out, report)
     if found.search:
-        _maps(out, found)
-        _over_time(out, found)
-    out.heading("Next experiment")
-    out.paragraph(found.report["next_experiment"]["why"])
+        picture_maps.maps(out, found)
+        picture_maps.over_time(out, found)
+    _next(out, found)
     _inputs(out, options)
     with tempfile.TemporaryDirectory(prefix="talus-gap-") as folder:
         path = Path(folder) / "page.html"
@@ -48,63 +39,135 @@ def page(found, options):
         return path.read_text(encoding="utf-8")
 
 
-def _bars(out, report):
+def _bars(out, title, unit, labels, values, roles):
+    """Bars that carry their figures."""
+    scale = Scale(unit, values)
+    out.bars(title, f"RMS [{scale.unit}]", [[label, scale.text(x)] for label, x in zip(labels, values)],
+             [scale(x) for x in values], roles)  # fmt: skip
+
+
+def _closed(gap):
+    """The closed share and its interval."""
+    if "closed_interval" not in gap:
+        return f"{100 * gap['closed_fraction']:.1f} %", ""
+    low, high = gap["closed_interval"]
+    return f"{100 * gap['closed_fraction']:.1f} %", f"{100 * low:.1f} to {100 * high:.1f} %"
+
+
+def _of_measured(gap):
+    """Errors as shares of the measured torque."""
+    if not gap.get("measured_rms"):
+        return []
+    return [" → ".join(f"{100 * gap[f'{k}_rms'] / gap['measured_rms']:.2f}" for k in ("identified", "extended")) + " %"]
+
+
+def _gap(out, report, poor):
+    if not report["gap"]:
+        return
     out.heading("The gap")
+    shown = ["nominal", "identified"] if poor else list(GAP)
+    with out.side_by_side():
+        for joint, gap in report["gap"].items():
+            kind = "torque" if gap["unit"] == "Nm" else "force"
+            _bars(out, f"{joint}: {kind} error", gap["unit"], [GAP[k] for k in shown], [gap[f"{k}_rms"] for k in shown],
+                  [ROLES[k] for k in shown])  # fmt: skip
+    _gap_table(out, report["gap"], shown, poor)
+    if not poor:
+        out.paragraph("All on blocks that the fit has not seen. Closed is the share of the systematic part, identified² − noise², "
+                      "that the effects take away. Near standstill friction has any value between its two levels: those "
+                      "samples are reported apart.")  # fmt: skip
+
+
+def _gap_table(out, gaps, shown, poor):
+    """The same figures, with what was closed."""
+    keys, rows = [*(f"{k}_rms" for k in shown), "reversal_rms"], []
+    scale = Scale(next(iter(gaps.values()))["unit"], [gap[key] for gap in gaps.values() for key in keys[:-1]])
+    for joint, gap in gaps.items():
+        closed = [] if poor else [*_closed(gap), *_of_measured(gap)]
+        rows.append([joint, *(scale.number(gap[key]) for key in keys), *closed])
+    columns = ["joint", *(GAP[k] for k in shown), "near standstill", "closed", "95 % interval", "of the measured"]
+    out.table(f"RMS of measured − predicted [{scale.unit}]", columns[:max(map(len, rows))], rows)
+
+
+def _motion(out, report):
+    if not report["motion"]:
+        return
+    out.heading("The motion")
     rows = []
-    for joint, gap in report["gap"].items():
-        figures = [gap[f"{name}_rms"] for name in ("nominal", "identified", "extended", "noise_floor")]
-        labels = ["as given", "identified", "with effects", "noise floor"]
-        out.bars(f"{joint}: error on data held out", f"RMS [{gap['unit']}]", labels, figures)
-        rows.append([joint, *(f"{x:.4g} {gap['unit']}" for x in figures), f"{100 * gap['closed_fraction']:.1f} %"])
-    out.table("RMS residual on data held out", ["joint", *labels, "closed"], rows)
+    with out.side_by_side():
+        for joint, motion in report["motion"].items():
+            figures = [motion["identified_rms"], motion["extended_rms"]]
+            unit = motion.get("unit", "rad")
+            _bars(out, f"{joint}: motion error", unit, ["identified", "with effects"], figures, ["identified", "extended"])
+            scale = Scale(unit, figures)
+            change = f"{100 * (figures[1] / figures[0] - 1):+.1f} %" if figures[0] else ""
+            rows.append([joint, *map(scale.text, figures), change])
+    out.table("RMS of simulated − recorded motion", ["joint", "identified", "with effects", "change"], rows)
+    out.paragraph("The model is moved forward in time by the recorded torque, from the recorded state anew every quarter of a "
+                  "second.")  # fmt: skip
 
 
-def _ranking(out, report):
+def _causes(out, report):
     out.heading("The causes")
-    every = [report["verdict"], *report["alternatives"]]
-    out.table("What could explain it", ["effect", "joint", "probability"],
-              [[e["effect"], e["joint"], f"{e['probability']:.4f}"] for e in every[:10]])  # fmt: skip
-    for effect in report["effects"]:
-        figures = ", ".join(f"{name} = {value:.4g}" for name, value in effect["parameters"].items())
-        out.paragraph(f"{effect['effect']} of the {effect['joint']}: {figures}. Error {effect['gap_before']:.4g} before, "
-                      f"{effect['gap_after']:.4g} after.")  # fmt: skip
-    if report["where"]:
-        out.table("Where it lies", ["joint", "coordinate", "share", "range"],
-                  [[w["joint"], w["coordinate"], f"{100 * w['share']:.0f} %", f"{w['range'][0]:.4g} to {w['range'][1]:.4g}"]
-                   for w in report["where"][:8]])  # fmt: skip
+    every = [report["verdict"], *report["alternatives"]][:MOST_CAUSES]
+    every = [e for e in every if e["probability"] >= LEAST_SHOWN]
+    of = lambda e: words.name(e["effect"]) + ("" if e["joint"] == "none" else f", {e['joint']}")  # noqa: E731
+    out.bars("What could explain the gap", "probability", [[of(e), f"{e['probability']:.4f}"] for e in every],
+             [e["probability"] for e in every], ["accent" if k == 0 else "measured" for k in range(len(every))])  # fmt: skip
+    with out.side_by_side():
+        for number, effect in enumerate(report["effects"], 1):
+            _effect(out, number, effect, report)
+    if report["confusable"]:
+        rows = [[" and ".join(words.name(e) for e in one["effects"]), one["joint"], f"{one['separation']:.2f}"]
+                for one in report["confusable"]]  # fmt: skip
+        out.table("Not told apart by these recordings", ["effects", "joint", "logarithm of the odds"], rows)
 
 
-def _maps(out, found):
-    out.heading("Maps of the error")
-    evidence = found.search.evidence
-    for number, joint in enumerate(evidence.model.joints):
-        slider = evidence.model.plant == "slider"
-        milli = 1000 * evidence.sigma[f"T{number}"]
-        after = {m.coordinate: m for m in found.maps_after.get(joint, [])}
-        for one in sorted(found.maps.get(joint, []), key=lambda m: -m.energy)[:3]:
-            lines = [("identified", "identified", one.centre, one.mean * milli)]
-            if found.fit.chosen and one.coordinate in after:
-                other = after[one.coordinate]
-                lines.append(("with effects", "extended", other.centre, other.mean * milli))
-            label = COORDINATE_LABELS[one.coordinate]
-            label = label.replace("Nm", "N").replace("rad", "m") if slider else label
-            out.chart(f"{joint}: mean error over {one.coordinate}", label, "error [mN]" if slider else "error [mNm]", lines)
+def _effect(out, number, effect, report):
+    """What was added, with its parameters."""
+    gap = report["gap"].get(effect["joint"]) or next(iter(report["gap"].values()))
+    scale = Scale(gap["unit"], [effect["gap_before"], effect["gap_after"]])
+    rows = [[name, f"{value:.4g}"] for name, value in effect["parameters"].items()]
+    rows += [["probability", f"{effect['probability']:.4f}"], ["error before", scale.text(effect["gap_before"])],
+             ["error after", scale.text(effect["gap_after"])]]  # fmt: skip
+    out.table(f"{number}. {words.cause(effect['effect'], effect['joint'])}", ["parameter", "value"], rows)
 
 
-def _over_time(out, found):
-    out.heading("Measured against predicted")
-    evidence = found.search.evidence
-    for number, joint in enumerate(evidence.model.joints):
-        track = evidence.tracks[0]
-        thin = slice(0, len(track.grid_t_s), max(1, len(track.grid_t_s) // MOST_POINTS))
-        t, target = track.grid_t_s[thin], track.target[number][thin]
-        before, after = (r.of[0, f"T{number}"][thin] for r in (found.before, found.after))
-        hidden = np.where(track.kind[number][thin] == 1, 0.0, np.nan)
-        unit = found.report["gap"][joint]["unit"]
-        out.chart(f"{joint}: {Path(track.name).name}", "time [s]", f"measured [{unit}]",
-                  [("measured", "measured", t, target), ("with effects", "extended", t, target - after)],
-                  below=(f"error [{unit}]", [("identified", "identified", t, before + hidden),
-                                   ("with effects", "extended", t, after + hidden)]))  # fmt: skip
+def _where(out, report):
+    if not report["where"]:
+        return
+    out.heading("Where it lies")
+    rows = []
+    for one in report["where"][:MOST_PLACES]:
+        share, (low, high) = f"{100 * one['share']:.1f} %", one["range"]
+        interval = " to ".join(f"{100 * x:.1f}" for x in one["interval"]) + " %" if "interval" in one else ""
+        deviations = f"{one['deviations']:.3g}" if "deviations" in one else ""
+        rows.append([f"{one['joint']}, {words.name(one['coordinate'])}", share, interval, deviations, f"{low:.4g} to {high:.4g}"])
+    out.table("Before any effect is added", ["joint, over", "share", "95 % interval", "deviations", "mostly in"], rows)
+    out.paragraph("Share is of the systematic energy, and shares overlap. Deviations say how far it stands above what noise "
+                  "alone would show. Motor angle is in orders per turn, frequency in Hz, reversal in seconds since the "
+                  "last stop.")  # fmt: skip
+
+
+def _next(out, found):
+    proposed = found.report["next_experiment"]
+    out.heading("Next experiment")
+    out.paragraph(proposed["why"])
+    if not (found.trajectory and proposed["trajectory"]):
+        return
+    names, t, angles = _trajectory(found.trajectory)
+    unit = "m" if names[0].endswith("_m") else "rad"
+    roles = ["identified", "residual"]
+    out.chart(f"Trajectory, {Path(proposed['trajectory']).name}", "time [s]", f"position [{unit}]",
+              [(name.rsplit("_", 1)[0], roles[k % 2], t, q) for k, (name, q) in enumerate(zip(names, angles))])  # fmt: skip
+
+
+def _trajectory(text):
+    """(names of the columns, times, columns) of a trajectory's file, thinned for a screen."""
+    lines = [line for line in text.splitlines() if not line.startswith("#")]
+    rows = [[float(x) for x in line.split(",")] for line in lines[1:]]
+    t, *columns = zip(*rows[::max(1, len(rows) // MOST_POINTS)])
+    return lines[0].split(",")[1:], t, columns
 
 
 def _inputs(out, options):

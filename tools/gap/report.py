@@ -3,41 +3,43 @@
 import json
 import math
 
-from . import experiment, figures
+from . import experiment, figures, motion
 from .where import where
 
 SCHEMA = "talus-gap/1"
 
 
 class Diagnosis:
-    """All that was found: the report, and what the page draws beside it."""
+    """All that was found: the report, what the page draws beside it, and the next experiment's trajectory as text."""
 
     def __init__(self, report, search=None, fit=None, before=None, after=None, maps=None, maps_after=None):
+        self.trajectory = None
         self.report, self.search, self.fit = report, search, fit
         self.before, self.after, self.maps, self.maps_after = before, after, maps or {}, maps_after or {}
 
 
-def diagnosis(search, verdict):
+def diagnosis(search, verdict, seed):
     """The diagnosis of a finished search."""
     evidence, fit = search.evidence, verdict.fit
     before = figures.Residuals(search, [])
     after = figures.Residuals(search, fit.chosen) if fit.chosen else before
-    entries, maps = where(search, before)
+    entries, maps = where(search, before, fit.chosen[0].key if fit.chosen else None)
     maps_after = where(search, after)[1] if fit.chosen else maps
     named = verdict.probabilities[0]
+    why, trajectory = experiment.propose(search, verdict)
     report = {
         "schema": SCHEMA,
         "verdict": entry(*named),
         "alternatives": [entry(*p) for p in verdict.probabilities[1:]],
         "effects": [],
-        "gap": figures.gap(evidence, before, after),
-        "motion": {},
+        "gap": figures.gap(evidence, before, after, seed),
+        "motion": motion.motion(search, fit, before, after),
         "where": entries,
         "confusable": [
             {"effects": [named[1], effect], "joint": joint, "separation": math.log(named[0] / p)}
             for p, effect, joint in verdict.confusable()
         ],
-        "next_experiment": experiment.propose(verdict),
+        "next_experiment": {"why": why, "trajectory": None},
     }
     listed = figures.effects(search, fit, before)
     keys = [c.key for c in fit.chosen]
@@ -48,7 +50,9 @@ def diagnosis(search, verdict):
         item["probability"] = own[0] if own and first else known_probability(verdict)
     order = ("effect", "joint", "probability", "parameters", "gap_before", "gap_after")
     report["effects"] = [{name: item[name] for name in order} for item in listed]
-    return Diagnosis(report, search, fit, before, after, maps, maps_after)
+    found = Diagnosis(report, search, fit, before, after, maps, maps_after)
+    found.trajectory = trajectory
+    return found
 
 
 def known_probability(verdict):
@@ -58,7 +62,9 @@ def known_probability(verdict):
 def poor(identification, reason):
     """The report on recordings that cannot carry a diagnosis; figures are those of the identification."""
     gap = {}
-    for joint, error in identification["error"].items():
+    for joint, error in identification["error"].items() if identification else ():
+        if error["identified_rms"] is None:
+            continue  # it never moved
         gap[joint] = {"unit": error["unit"], "nominal_rms": error["nominal_rms"],
                       "identified_rms": error["identified_rms"], "extended_rms": error["identified_rms"],
                       "noise_floor_rms": 0.0, "closed_fraction": 0.0, "reversal_rms": 0.0}  # fmt: skip

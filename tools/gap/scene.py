@@ -2,6 +2,8 @@
 
 import numpy as np
 
+from .physical import physical
+
 SMALL_ANGLE = 1e-4  # rad, of differences
 GRAVITY_M_S2 = 9.81
 
@@ -14,7 +16,7 @@ class Scene:
         self.track = track = evidence.tracks[record]
         self.q, self.v, self.a, self.slip = track.q, track.v, track.a, track.slip
         self.t_s, self.step_s, self.columns = track.t_s, track.step_s, track.columns
-        self.offset_Nm, self.drive_Nm, self._kept = 0.0, None, {}
+        self.offset_Nm, self.drive_Nm, self._kept, self._latest = 0.0, None, {}, (None, None)
         if evidence.leg:
             self._leg()
         else:
@@ -33,6 +35,20 @@ class Scene:
         if key not in self._kept:
             self._kept[key] = make()
         return self._kept[key]
+
+    def latest(self, key, make):
+        """As once(), but only the last value is kept: columns that share it are made one after the other."""
+        if self._latest[0] != key:
+            self._latest = key, make()
+        return self._latest[1]
+
+    def library_model(self):
+        """A model of the library with this scene's parameters; physical or not, its laws take them."""
+        def make():
+            model = self.evidence.model.copy()
+            model.set_parameters(**(physical(model, self.base) or {}))
+            return model
+        return self.once("library model", make)
 
     def grid(self, name, joint):
         """An array of this scene on the grid."""
@@ -63,7 +79,8 @@ class Scene:
         coupling = b[2] * self.shank_m * np.cos(self.q[1])
         whole = b[0] + self.foot_kg * self.shank_m**2 + b[3] + 2 * coupling
         foot = np.full_like(whole, b[3])
-        return np.array([[whole, b[3] + coupling], [b[3] + coupling, foot]]), (np.median(whole), b[3])
+        straight = b[0] + self.foot_kg * self.shank_m**2 + b[3] + 2 * b[2] * self.shank_m
+        return np.array([[whole, b[3] + coupling], [b[3] + coupling, foot]]), (straight, b[3])
 
     def links(self, q, v, a):
         """Torques of both links' inertia and gravity at the joints, (2, n)."""
@@ -90,20 +107,26 @@ class Scene:
         dry = [k for k, name in enumerate(names) if "coulomb" in name]
         viscous = [k for k, name in enumerate(names) if "viscous" in name]
         offset = [k for k, name in enumerate(names) if "offset" in name]
-        rest = [k for k in range(len(names)) if k not in dry + viscous + offset]
         inertia = next((b[k] for k, name in enumerate(names) if "inertia" in name or "mass" in name), 0.0)
         self.ratio, self.rotor_Nm = np.ones_like(self.q), np.zeros_like(self.q)
-        self.link_Nm = (self.track.raw[0][:, rest] @ b[rest])[None]
+        self.link_Nm = self._single_link(dict(zip(names, b)))
         self.offset_Nm = sum(b[k] for k in offset)
         self.coulomb_Nm, self.viscous = (b[dry[0]],), (b[viscous[0]],)
         self.inertia, self.link_inertia = np.full((1, 1, self.q.shape[1]), inertia), [max(float(inertia), 1e-9)]
         self.motor_rad = self.travel_rad = self.q
 
+    def _single_link(self, base):
+        """Inertia and gravity at the samples as they are; the regressor's columns are bridged."""
+        gravity = 0.0
+        if self.evidence.model.plant == "pendulum" and not self.evidence.velocity_only:
+            g = self.evidence.tree.get("gravity_m_s2", GRAVITY_M_S2)
+            gravity = g * (base["gravity_sin"] * np.sin(self.q) + base["gravity_cos"] * np.cos(self.q))
+        return base["mass" if "mass" in base else "inertia"] * self.a + gravity
+
     def _load_sensor(self):
-        """A sensor at the output: load = drive - friction - inertia. The gear carries the drive's torque, and what
-        friction takes counts negative."""
+        """A sensor at the output: load = drive - friction - inertia. The gear carries the drive's torque."""
         self.drive_Nm = (self.columns["joint_current_A"] * self.evidence.drive_gain())[None]
-        self.link_Nm, self.slip, self.v, self.a = self.drive_Nm, -self.slip, -self.v, -self.a
+        self.link_Nm = self.drive_Nm
 
 
 class Extent:

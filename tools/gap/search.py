@@ -3,6 +3,8 @@
 import numpy as np
 
 from .catalogue import candidates
+from .catalogue.candidate import joined
+from .figures import Residuals
 from .gram import Gram
 from .scene import Extent, Scene
 
@@ -13,10 +15,16 @@ LEAST_STEP = 40.0  # chi-square
 LEAST_STEP_PER_FREEDOM = 0.0075
 LEAST_Z = 3.0  # of the gain over blocks
 SECOND_MUST_CLOSE = 0.45  # of what the first leaves
+SAME_JOINT_MUST_CLOSE = 0.66
+SINGLE_JOINT_LEAST_Z = 2.0  # recordings of one joint have few blocks
+SINGLE_JOINT_MUST_CLOSE = 0.3  # there is no other joint, and machines leave more than twins
 THIRD_MUST_CLOSE = 0.60
 CLOSED_ENOUGH = 0.01  # of the excess: no further effect is looked for
 COLUMN_PRICE = 2.0  # chi-square for each further column, whose choice the folds do not see
 BEAM = 3
+JOINABLE = ("cogging", "kinematic_error", "base_compliance")
+JOINED_MUST_CLOSE = 0.2
+MOST_JOINED = 4
 
 
 class Fit:
@@ -35,13 +43,16 @@ class Search:
         self.extent = Extent(self.scenes)
         self.gram = Gram(evidence, self.scenes, candidates(evidence, self.scenes, self.extent))
         self.freedom = evidence.freedom()
+        self.least_step = LEAST_STEP + LEAST_STEP_PER_FREEDOM * self.freedom
         self.plain = self.fit([])
-        self.tolerated = TOLERATED_PER_FREEDOM * self.freedom + TOLERATED_OF_SIGNAL**2 * self._signal()
+        self.tolerated_of = {kind: self._tolerated(kind) for kind in evidence.kinds}
+        self.tolerated = sum(self.tolerated_of.values())
 
-    def _signal(self):
-        """Sum of squares of all torques over their noise."""
-        return sum(float(c.values[c.rows] @ c.values[c.rows]) / self.evidence.sigma[c.kind] ** 2
-                   for c in self.evidence.channels if c.kind[0] == "T")  # fmt: skip
+    def _tolerated(self, kind):
+        """Excess that reconstruction itself may leave in one kind of channel."""
+        signal = sum(float(c.values[c.rows] @ c.values[c.rows]) / self.evidence.sigma[kind] ** 2
+                     for c in self.evidence.channels if c.kind == kind and kind[0] == "T")  # fmt: skip
+        return TOLERATED_PER_FREEDOM * self.evidence.freedom(kind) + TOLERATED_OF_SIGNAL**2 * signal
 
     def columns(self, chosen):
         return [place for candidate in chosen for place in self.gram.of(candidate)]
@@ -71,7 +82,22 @@ class Search:
             key = fit.chosen[-1].key
             if key not in best or fit.excess < best[key].excess:
                 best[key] = fit
-        return sorted(best.values(), key=lambda fit: fit.excess)
+        ranked = sorted(best.values(), key=lambda fit: fit.excess)
+        for place, fit in enumerate(ranked[:MOST_JOINED]):
+            ranked[place] = self._joined(fit)
+        return sorted(ranked, key=lambda fit: fit.excess)
+
+    def _joined(self, fit):
+        """Effects of several orders or modes get a second one, where it closes much of what the first leaves."""
+        *others, last = fit.chosen
+        if last.effect not in JOINABLE or fit.excess < self.tolerated:
+            return fit
+        shapes = [c for c in self.gram.candidates if c.key == last.key and not set(c.columns) & set(last.columns)]
+        shapes = [c for c in shapes if len(c.columns) == len(last.columns)]
+        found = self.beside(others, [joined(last, c) for c in shapes])
+        second = min(found, key=lambda f: f.excess, default=fit)
+        enough = fit.excess - second.excess > max(JOINED_MUST_CLOSE * (fit.excess - self.tolerated), LEAST_STEP)
+        return second if enough else fit
 
     def reshaped(self, fit):
         """Each chosen effect's shape looked for anew beside the others."""
@@ -83,17 +109,41 @@ class Search:
                     fit = Fit(order, found.excess, [*found.strengths[:i], found.strengths[-1], *found.strengths[i:-1]])
         return fit
 
+    def step(self, before, after):
+        """What a step from one fit to another gains: (tempered gain, deviations over the blocks, share closed of what
+        stood open where the new effect shows)."""
+        old, new = (self.gram.held_out_blocks(self.columns(fit.chosen)) for fit in (before, after))
+        total_old, total_new = sum(old.values()), sum(new.values())
+        filled = total_old > 0
+        gain, record = (total_old - total_new)[filled], self.evidence.block_record[filled]
+        # where blocks differ much in size, the sum is one block's word: relative gains give each block its own
+        z = max(over_blocks(gain, record), over_blocks(gain / (total_old + total_new)[filled], record))
+        tempered = (before.excess - after.excess) / max(1.0, (after.excess + self.freedom) / self.freedom)
+        return tempered, z, self._share(old, new, after.chosen[-1])
+
+    def _share(self, old, new, added):
+        """Share of the open excess that a step closes, over all channels or those at the added effect's joint: what
+        another effect leaves elsewhere says nothing about this one."""
+        shares = []
+        for kinds in (self.evidence.kinds, self.evidence.kinds_at(added.joint)):
+            before, after = (sum(x[kind].sum() for kind in kinds) for x in (old, new))
+            still_open = before - sum(self.evidence.freedom(k) + self.tolerated_of[k] for k in kinds)
+            shares.append((before - after) / still_open if still_open > 0 else 0.0)
+        return max(shares)
+
     def significant(self, before, after, share):
         """Is the step from one fit to another worth an effect? `share` of what is left must be closed."""
-        old, new = (self.gram.held_out_blocks(self.columns(fit.chosen)) for fit in (before, after))
-        filled = old > 0
-        gain, record = (old - new)[filled], self.evidence.block_record[filled]
-        # where blocks differ much in size, the sum is one block's word: relative gains give each block its own
-        z = max(over_blocks(gain, record), over_blocks(gain / (old + new)[filled], record))
-        tempered = (before.excess - after.excess) / max(1.0, (after.excess + self.freedom) / self.freedom)
-        closed = before.excess - after.excess > share * max(before.excess - self.tolerated, 0)
-        enough = tempered > LEAST_STEP + LEAST_STEP_PER_FREEDOM * self.freedom
-        return bool(enough and z > LEAST_Z and closed)
+        tempered, z, closed = self.step(before, after)
+        enough = tempered > self.least_step
+        least_z = LEAST_Z if self.evidence.joints > 1 else SINGLE_JOINT_LEAST_Z
+        return bool(enough and z > least_z and (share == 0 or closed > share))
+
+    def must_close(self, before, added, share):
+        """The share that a further effect must close: more at a joint whose effect may just have another form."""
+        joints = {c.joint for c in before.chosen}
+        if self.evidence.joints == 1:
+            return SINGLE_JOINT_MUST_CLOSE
+        return SAME_JOINT_MUST_CLOSE if added.joint in joints or "base" in joints | {added.joint} else share
 
     def extended(self, singles):
         """One to three effects, from the ranking of single ones."""
@@ -104,10 +154,10 @@ class Search:
         if not following:
             return best
         second = self.reshaped(min(following, key=lambda fit: fit.excess))
-        if not self.significant(best, second, SECOND_MUST_CLOSE):
+        if not self.significant(best, second, self.must_close(best, second.chosen[-1], SECOND_MUST_CLOSE)):
             return best
         if self._worth_more(second) and (third := self.scan(second.chosen)):
-            if self.significant(second, third[0], THIRD_MUST_CLOSE):
+            if self.significant(second, third[0], self.must_close(second, third[0].chosen[-1], THIRD_MUST_CLOSE)):
                 return self.ordered(third[0])
         return self.ordered(second)
 
@@ -142,15 +192,20 @@ def search(evidence, base, step=lambda text: None):
     first = Search(evidence, base)
     step("single effects")
     singles = first.scan([])
-    if not singles or not first.significant(first.plain, singles[0], 0.0):
+    # candidates are made of the plain model's torques, and coloured noise shows beside a model that knows the motion:
+    # once more, at parameters fitted with the best effect
+    best = singles[0] if singles and first.significant(first.plain, singles[0], 0.0) else first.plain
+    again = first.gram.fold_strengths(first.columns(best.chosen))[-1][:evidence.bases]
+    left = Residuals(first, best.chosen)
+    evidence.find_sigma(lambda c: left.of[c.record, c.kind])
+    if not best.chosen and evidence.periodic:
         return first, first.plain
-    # candidates are made of the plain model's torques: once more, at parameters fitted with the best effect
-    again = first.gram.fold_strengths(first.columns(singles[0].chosen))[-1][:evidence.bases]
-    del singles
     if np.all(np.isfinite(again)):
-        del first
+        del first, singles, best
         step("candidates, once more")
         first = Search(evidence, again)
     step("combinations")
     singles = first.scan([])
-    return first, first.extended(singles) if singles else first.plain
+    if not singles or not first.significant(first.plain, singles[0], 0.0):
+        return first, first.plain
+    return first, first.extended(singles)

@@ -122,6 +122,15 @@ class Track:
             begin += part["n"]
         return out
 
+    def states(self, rows):
+        """What the torque depends on, at some instants of the grid: angles (where recorded), speeds, accelerations, and
+        with a sensor at the output the drive's current."""
+        seen = [] if "joint_velocity_rad_s" in self.columns and "joint_rad" not in self.columns else list(self.q)
+        seen += [*self.v, *(self.bridge(self.a[j], j) for j in range(self.joints))]
+        if "joint_load_Nm" in self.columns:
+            seen.append(self.columns["joint_current_A"])
+        return np.array([self.resample(x)[rows] for x in seen]).T
+
     def noise_bandwidth(self):
         """Variance that the operator leaves of unit white noise at the samples."""
         white = np.random.default_rng(0).standard_normal(len(self.t_s))

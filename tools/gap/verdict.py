@@ -5,11 +5,16 @@ import math
 import numpy as np
 
 UNKNOWN_SHARE = 0.30  # of the excess: left open, and the cause counts as unknown with probability one half
+UNKNOWN_SHARE_OF_ONE_JOINT = 0.65  # one joint alone is a machine's, and those leave more than twins
 NOTHING_FACTOR = 2.5  # of the tolerated excess: without any effect, none and unknown are equally likely
 LOGIT_WIDTH = 0.35  # of the logarithm
 TEMPER = 50.0  # chi-square by which equally good shapes of different effects differ anyhow
-TEMPER_OF_REST = 0.5
-TEMPER_OF_EXCESS = 0.005
+TEMPER_OF_REST = 0.1
+TEMPER_OF_EXCESS = 0.0005
+STEPS_WITHIN_TOLERANCE = 3.0  # least steps that a gain must be worth where the tolerance alone explains the excess
+STEPS_WIDTH = 0.5
+COLUMN_PENALTY = 0.35  # of the logarithm, for each further column: a simpler form is a little likelier
+PRIOR = {("asymmetric_friction", "Coulomb"): 0.4, ("current_offset", "beside a sensor"): 0.3}  # a constant is a current's zero more often than friction's
 LEAST_PROBABILITY = 1e-4  # below it an alternative is not worth a line
 CONFUSABLE_ABOVE = 0.05
 
@@ -44,25 +49,39 @@ def logistic(x):
     return 1.0 / (1.0 + math.exp(-x))
 
 
+def prior(candidate, evidence):
+    """How likely a form is before the data, relative to others."""
+    beside = 0.3 if evidence.load_sensor and candidate.effect == "torque_saturation" else 1.0  # the constant itself is likelier
+    return beside * PRIOR.get((candidate.effect, candidate.shape), 1.0) * math.exp(-COLUMN_PENALTY * (len(candidate.columns) - 1))
+
+
+def too_little(search, fit):
+    """Probability that what was gained within the tolerance is no effect."""
+    gain = (search.plain.excess - fit.excess) / search.least_step
+    return logistic((STEPS_WITHIN_TOLERANCE - gain) / STEPS_WIDTH)
+
+
 def judge(search, fit):
     """The verdict on a search's outcome, and the fit with the named effect in front."""
-    tolerated, before = search.tolerated, search.plain.excess
+    tolerated, irregular = search.tolerated, search.evidence.irregular_excess()
+    before = search.plain.excess + irregular
     if not fit.chosen:
         unknown = logistic((math.log(max(before, 1.0) / tolerated) - math.log(NOTHING_FACTOR)) / LOGIT_WIDTH)
         return Verdict([(unknown, "unknown", "none"), (1 - unknown, "none", "none")], fit, 1.0 if unknown > 0.5 else 0.0)
-    left = max(fit.excess - tolerated, 0)
+    left = max(fit.excess + irregular - tolerated, 0)
     open_share = left / max(before - tolerated, 1.0) if before > tolerated else 0.0
-    unknown = logistic((math.log(max(open_share, 1e-4)) - math.log(UNKNOWN_SHARE)) / LOGIT_WIDTH)
+    most_open = UNKNOWN_SHARE if search.evidence.joints > 1 else UNKNOWN_SHARE_OF_ONE_JOINT
+    unknown = logistic((math.log(max(open_share, 1e-4)) - math.log(most_open)) / LOGIT_WIDTH)
     temper = TEMPER + TEMPER_OF_REST * left + TEMPER_OF_EXCESS * before
     others = search.scan(fit.chosen[1:])
     weight = []
     for other in others:
-        # a column more costs a factor e: the simpler form is the more likely one
-        extra = len(other.chosen[-1].columns) - 1
-        weight.append(math.exp(-0.5 * max(other.excess - fit.excess, 0) / temper - extra))
+        added = other.chosen[-1]
+        weight.append(prior(added, search.evidence) * math.exp(-0.5 * max(other.excess - fit.excess, 0) / temper))
     total = float(np.sum(weight))
-    probabilities = [(w / total * (1 - unknown), *o.chosen[-1].key) for w, o in zip(weight, others)]
-    verdict = Verdict([*probabilities, (unknown, "unknown", "none")], fit, open_share)
+    nothing = too_little(search, fit) if before < tolerated else 0.0
+    probabilities = [(w / total * (1 - unknown) * (1 - nothing), *o.chosen[-1].key) for w, o in zip(weight, others)]
+    verdict = Verdict([*probabilities, (unknown * (1 - nothing), "unknown", "none"), (nothing, "none", "none")], fit, open_share)
     named = (verdict.effect, verdict.joint)
     if named != fit.chosen[0].key:  # a simpler effect does as well as the one that fits best
         verdict.fit = next((search.fit([o.chosen[-1], *o.chosen[:-1]]) for o in others if o.chosen[-1].key == named), fit)

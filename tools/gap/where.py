@@ -9,14 +9,30 @@ import numpy as np
 BINS = 24
 ORDERS = (*range(1, 33), 36, 40, 42, 48, 54, 60, 72, 84)
 BAND_HALF_WIDTH = 0.15  # of the frequency
+BANDS_HZ = np.geomspace(0.5, 25, 60)
+LOWPASS_HZ = 30.0
 LEAST_SHARE = 0.02
+TINY = 1e-12
+NATURAL = {
+    "stribeck": ("velocity", "reversal"), "load_friction": ("load", "current", "acceleration"),
+    "asymmetric_friction": ("velocity",), "nonlinear_viscous": ("velocity",), "position_friction": ("position",),
+    "presliding": ("reversal",), "friction_drift": ("time",), "backlash": ("reversal", "load", "encoder"),
+    "elasticity": ("load", "acceleration", "frequency", "encoder"), "kinematic_error": ("motor_angle",),
+    "linkage_error": ("position", "encoder"), "directional_efficiency": ("load", "current"),
+    "cogging": ("motor_angle",), "torque_saturation": ("current", "load"),
+    "current_offset": ("current", "velocity", "position"), "delay": ("acceleration", "frequency", "reversal"),
+    "encoder_eccentricity": ("encoder", "position", "motor_angle"), "gravity_tilt": ("position",),
+    "parallel_spring": ("position",), "base_compliance": ("frequency", "acceleration"),
+}  # fmt: skip
+GENERIC = {"frequency": 0.8}  # anything with a rhythm shows over frequency: it leads where it leads clearly
 
 
 class Map:
-    """Bin means of one joint's residual over one coordinate."""
+    """Bin means of one joint's residual over one coordinate, and what the blocks add to them."""
 
-    def __init__(self, coordinate, centre, mean, energy, number):
-        self.coordinate, self.centre, self.mean, self.energy, self.number = coordinate, centre, mean, energy, number
+    def __init__(self, coordinate, centre, mean, number):
+        self.coordinate, self.centre, self.mean, self.number = coordinate, centre, mean, number
+        self.energy, self.deviations = 0.0, 0.0
 
     def range(self):
         """Where the energy concentrates: the shortest run of bins with half of it."""
@@ -30,22 +46,52 @@ class Map:
         return [float(self.centre[a]), float(self.centre[b - 1])]
 
 
-def bin_map(coordinate, values, direction, residual, variance):
-    """The map over `values`; its energy is in units of the residual's variance."""
+class Rest:
+    """One joint's residual over its noise on the scored rows of all recordings."""
+
+    def __init__(self, residual, block, variance):
+        self.residual, self.variance = residual, variance
+        self.names, self.block = np.unique(block, return_inverse=True)
+        self.excess = self.per_block(residual**2 - variance)
+
+    def per_block(self, values):
+        return np.bincount(self.block, values, minlength=len(self.names))
+
+    def without_each(self, sums):
+        """Sums over all blocks but one, for each: (blocks, ...)."""
+        return sums.sum(0) - sums
+
+
+def deviation(shares):
+    """Standard deviation of a share by the jackknife: `shares` without each block."""
+    count = len(shares)
+    return float(np.sqrt((count - 1) / count * ((shares - shares.mean()) ** 2).sum())) if count > 1 else 0.0
+
+
+def bin_map(coordinate, values, direction, rest):
+    """The map over `values`; its energy is in units of the noise's variance at the samples."""
     edges = np.unique(np.quantile(values, np.linspace(0, 1, BINS + 1)))
     if len(edges) < 3:
         return None
     place = np.clip(np.searchsorted(edges, values, side="right") - 1, 0, len(edges) - 2)
-    half = (direction < 0).astype(int)
-    cell = place * 2 + half
-    number = np.bincount(cell, minlength=2 * (len(edges) - 1)).astype(float)
-    mean = np.bincount(cell, residual, minlength=len(number)) / np.maximum(number, 1)
-    energy = float((number * mean**2).sum()) - variance * (number > 0).sum()
-    number, mean = number.reshape(-1, 2), mean.reshape(-1, 2)
-    signed = (number * mean * [1, -1]).sum(1) / np.maximum(number.sum(1), 1)
-    plain = (number * mean).sum(1) / np.maximum(number.sum(1), 1)
+    cells = 2 * (len(edges) - 1)
+    cell = rest.block * cells + place * 2 + (direction < 0)
+    number = np.bincount(cell, minlength=len(rest.names) * cells).reshape(-1, cells).astype(float)
+    total = np.bincount(cell, rest.residual, minlength=number.size).reshape(-1, cells)
+
+    def energy(n, s):
+        return (s * s / np.maximum(n, 1)).sum(-1) - rest.variance * (n > 0).sum(-1)
+
+    n, mean = number.sum(0).reshape(-1, 2), (total.sum(0) / np.maximum(number.sum(0), 1)).reshape(-1, 2)
+    signed = (n * mean * [1, -1]).sum(1) / np.maximum(n.sum(1), 1)
+    plain = (n * mean).sum(1) / np.maximum(n.sum(1), 1)
     shown = plain if (plain**2).sum() > (signed**2).sum() else signed
-    return Map(coordinate, 0.5 * (edges[1:] + edges[:-1]), shown, energy, number.sum(1))
+    out = Map(coordinate, 0.5 * (edges[1:] + edges[:-1]), shown, n.sum(1))
+    out.energy = float(energy(number.sum(0), total.sum(0)))
+    out.deviations = out.energy / (rest.variance * np.sqrt(2 * (n > 0).sum()))
+    left = energy(rest.without_each(number), rest.without_each(total))
+    out.spread = deviation(left / np.maximum(rest.without_each(rest.excess), TINY))
+    return out
 
 
 def coordinates(search, record, joint):
@@ -69,71 +115,115 @@ def coordinates(search, record, joint):
     }
 
 
-def order_map(angle, residual):
-    """Energy of the strongest order of the motor's angle, and the order."""
-    best = (0.0, 0)
-    for order in ORDERS:
-        wave = np.exp(1j * order * angle)
-        best = max(best, (2 * abs(np.mean(residual * wave)) ** 2 * len(residual), order))
-    return best
+def order_map(angle, rest):
+    """The strongest order of the motor's angle."""
+    power = [2 * abs(np.exp(1j * order * angle) @ rest.residual) ** 2 / len(angle) for order in ORDERS]
+    best = int(np.argmax(power))
+    wave = np.exp(1j * ORDERS[best] * angle) * rest.residual
+    sums = np.array([rest.per_block(part) for part in (wave.real, wave.imag, np.ones(len(angle)))])
+    real, imaginary, number = (rest.without_each(x) for x in sums)
+    left = 2 * (real**2 + imaginary**2) / np.maximum(number, 1) - 2 * rest.variance
+    return Entry("motor_angle", [ORDERS[best], ORDERS[best]], power[best] - 2 * rest.variance, 2 * rest.variance,
+                 deviation(left / np.maximum(rest.without_each(rest.excess), TINY)))  # fmt: skip
 
 
-def band_map(residual, step_s):
-    """Energy of the strongest band, and the band [Hz]."""
-    power = np.abs(np.fft.rfft(residual * np.hanning(len(residual)))) ** 2
-    frequency = np.fft.rfftfreq(len(residual), step_s)
-    total, best = power.sum() + 1e-300, (0.0, 0.0)
-    for hz in np.geomspace(0.5, 25, 60):
-        inside = (frequency > (1 - BAND_HALF_WIDTH) * hz) & (frequency < (1 + BAND_HALF_WIDTH) * hz)
-        best = max(best, (float(power[inside].sum() / total), float(hz)))
-    return best[0] * float(residual @ residual), [(1 - BAND_HALF_WIDTH) * best[1], (1 + BAND_HALF_WIDTH) * best[1]]
+def band_map(pieces, steps_s, rest):
+    """The strongest band of the residual, whose recordings are `pieces`."""
+    transforms = [(np.fft.rfft(x), np.fft.rfftfreq(len(x), h), len(x)) for x, h in zip(pieces, steps_s)]
+
+    def inside(frequency, hz):
+        return (frequency > (1 - BAND_HALF_WIDTH) * hz) & (frequency < (1 + BAND_HALF_WIDTH) * hz)
+
+    def power(hz):
+        return sum(2 * (np.abs(x[inside(f, hz)]) ** 2).sum() / n for x, f, n in transforms)
+
+    best = max(BANDS_HZ, key=power)
+    kept = np.concatenate([np.fft.irfft(np.where(inside(f, best), x, 0), n) for x, f, n in transforms])
+    # white noise puts the band's own width of it there
+    noise = rest.variance * 2 * BAND_HALF_WIDTH * best / LOWPASS_HZ
+    sums = rest.per_block(kept**2 - noise)
+    left = rest.without_each(sums) / np.maximum(rest.without_each(rest.excess), TINY)
+    return Entry("frequency", [(1 - BAND_HALF_WIDTH) * best, (1 + BAND_HALF_WIDTH) * best], sums.sum(),
+                 np.sqrt(2 * len(kept) * noise * rest.variance), deviation(left))  # fmt: skip
+
+
+class Entry:
+    """A place of the gap: its energy, the deviation of that in noise alone, and of its share by the blocks."""
+
+    def __init__(self, coordinate, span, energy, noise, spread):
+        self.coordinate, self.span, self.energy = coordinate, span, float(energy)
+        self.deviations, self.spread = float(energy / noise), spread
 
 
 def joint_maps(search, residuals, joint):
-    """(excess energy over noise, maps, order, band) of one joint over all recordings, energies over the noise."""
+    """(excess energy over noise, maps, entries) of one joint over all recordings, energies over the noise."""
     evidence, gathered = search.evidence, {}
-    channels = [c for c in evidence.channels if c.kind == f"T{joint}"]
-    left, bands = [], []
+    channels = [c for c in evidence.channels if c.kind == f"T{joint}" and len(c.rows)]
+    if not channels:
+        return 0.0, [], []
+    pieces = [residuals.of[c.record, c.kind][c.rows] / evidence.sigma[c.kind] for c in channels]
     for channel in channels:
-        residual = residuals.of[channel.record, channel.kind][channel.rows] / evidence.sigma[channel.kind]
-        left.append(residual)
-        bands.append(band_map(residual, evidence.tracks[channel.record].step_s))
         for name, values in coordinates(search, channel.record, joint).items():
             gathered.setdefault(name, []).append(values[channel.rows])
     gathered = {name: np.concatenate(values) for name, values in gathered.items()}
-    residual, direction = np.concatenate(left), gathered.pop("direction")
-    variance = float(np.mean([evidence.bandwidth[c.record] for c in channels]))
-    excess = float(residual @ residual) - variance * len(residual)
+    block = np.concatenate([evidence.block_of[c.record][c.rows] for c in channels])
+    rest = Rest(np.concatenate(pieces), block, float(np.mean([evidence.bandwidth[c.record] for c in channels])))
+    direction, angle = gathered.pop("direction"), gathered.pop("motor_angle")
     one_sided = np.ones_like(direction)
-    order = order_map(gathered.pop("motor_angle"), residual)
-    maps = [bin_map(n, v, one_sided if n == "velocity" else direction, residual, variance) for n, v in gathered.items()]
-    strongest = max(bands, key=lambda band: band[0])
-    # white noise puts the band's own width of it there
-    band_energy = sum(b[0] for b in bands) - variance * len(residual) * 2 * BAND_HALF_WIDTH * strongest[1][0] / 30
-    return excess, [m for m in maps if m is not None], order, (band_energy, strongest[1])
+    maps = [bin_map(n, v, one_sided if n == "velocity" else direction, rest) for n, v in gathered.items()]
+    maps = [m for m in maps if m is not None]
+    entries = [Entry(m.coordinate, m.range(), m.energy, m.energy / m.deviations, m.spread) for m in maps if m.energy > 0]
+    entries += [order_map(angle, rest), band_map(pieces, [evidence.tracks[c.record].step_s for c in channels], rest)]
+    return float(rest.excess.sum()), maps, entries
 
 
-def where(search, residuals):
-    """(`where` of the report, maps by joint). Shares are of the excess energy of all channels over their noise."""
-    evidence, found, maps = search.evidence, [], {}
-    excess, encoders = {}, 0.0
-    for joint, name in enumerate(evidence.model.joints):
-        own, maps[name], order, band = joint_maps(search, residuals, joint)
-        excess[name] = max(own, 0.0)
-        if own <= 0:
-            continue
-        entries = [(m.energy, m.coordinate, m.range()) for m in maps[name]]
-        entries += [(order[0], "motor_angle", [order[1], order[1]]), (band[0], "frequency", band[1])]
-        found += [(min(energy, own), name, coordinate, span) for energy, coordinate, span in entries]
+def encoder_excess(search, residuals):
+    """Excess of the disagreement between the ankle's encoders, by block."""
+    evidence, out = search.evidence, np.zeros(search.evidence.blocks)
     for channel in evidence.channels:
         if channel.kind == "E":
             residual = residuals.of[channel.record, "E"][channel.rows] / evidence.sigma["E"]
-            encoders += max(float(residual @ residual) - evidence.bandwidth[channel.record] * len(residual), 0.0)
-    total = sum(excess.values()) + encoders
+            over = residual**2 - evidence.bandwidth[channel.record]
+            out += np.bincount(evidence.block_of[channel.record][channel.rows], over, minlength=len(out))
+    return out
+
+
+def where(search, residuals, cause=None):
+    """(`where` of the report, maps by joint). Shares are of the excess energy of all channels over their noise.
+
+    Maps overlap (a constant shows over anything): of each joint the first explains what it explains, and the others at
+    most what that one leaves. First is the largest; or, if it holds half of the joint's gap, one that suits the named
+    `cause`, an (effect, joint)."""
+    evidence, found, maps = search.evidence, [], {}
+    total = encoders = max(float(encoder_excess(search, residuals).sum()), 0.0)
+    for joint, name in enumerate(evidence.model.joints):
+        own, maps[name], entries = joint_maps(search, residuals, joint)
+        total += max(own, 0.0)
+        found += shared(own, name, entries, cause) if own > 0 else []
     if encoders > 0:
         q = search.scenes[0].q[1]
-        found.append((encoders, "ankle", "encoder", [float(q.min()), float(q.max())]))
-    found.sort(key=lambda entry: -entry[0])
-    entries = [{"joint": joint, "coordinate": coordinate, "share": float(energy / total), "range": span}
-               for energy, joint, coordinate, span in found if total > 0 and energy > LEAST_SHARE * total]  # fmt: skip
-    return entries, maps
+        freedom = sum(evidence.bandwidth[c.record] * len(c.rows) for c in evidence.channels if c.kind == "E")
+        entry = Entry("encoder", [float(q.min()), float(q.max())], encoders, np.sqrt(2 * freedom), 0.0)
+        found.append((encoders, encoders, "ankle", entry))
+    found = [f for f in found if total > 0 and f[0] > LEAST_SHARE * total]
+    found.sort(key=lambda f: -f[0])
+    return [written(*f, total) for f in found], maps
+
+
+def shared(own, joint, entries, cause):
+    """[(energy, energy of the joint, joint, entry)] of one joint, the leading one first."""
+    energy = {e: min(e.energy, own) for e in entries}
+    ranked = sorted(entries, key=lambda e: -energy[e] * GENERIC.get(e.coordinate, 1.0))
+    if cause and cause[1] in (joint, "base"):
+        suited = [e for e in ranked if e.coordinate in NATURAL.get(cause[0], ()) and energy[e] >= 0.5 * own]
+        ranked.sort(key=lambda e: e not in suited[:1])
+    lead = energy[ranked[0]]
+    return [(lead if e is ranked[0] else min(energy[e], lead, own - lead), own, joint, e) for e in ranked]
+
+
+def written(energy, own, joint, entry, total):
+    """One entry of the report."""
+    share, half = energy / total, 1.96 * entry.spread * own / total
+    return {"joint": joint, "coordinate": entry.coordinate, "share": float(share), "range": entry.span,
+            "interval": [float(max(share - half, 0.0)), float(min(share + half, 1.0))],
+            "deviations": entry.deviations}  # fmt: skip

@@ -1,16 +1,42 @@
 """A candidate: one effect at one joint with one shape, as columns that are linear in its strengths."""
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
+from talus import ffi, lib, pointer
+
+
+LEAST_HALF_RANGE_RAD = 0.05
+
+
+@dataclass(frozen=True)
+class Family:
+    """Candidates of one form, `make(*values)`: the grid's values can be moved between its points. A step above 1 is a
+    factor, one below 1 a difference."""
+
+    make: Callable
+    values: tuple
+    steps: tuple
+    low: tuple
+    high: tuple
+
+    def beside(self, number, share, side):
+        """The candidate with one value moved by a share of its step; None beyond the limits."""
+        values, step = list(self.values), self.steps[number]
+        values[number] = values[number] * step ** (side * share) if step > 1 else values[number] + side * share * step
+        if not self.low[number] <= values[number] <= self.high[number]:
+            return None
+        return self.make(*map(float, values))
+
 
 @dataclass(frozen=True, eq=False)
 class Candidate:
     """`columns` are functions of a scene that return {channel kind: column on the grid}; `low` and `high` the
-    physical range of each strength; `parameters(strengths)` the figures that a reader understands. Where `saved`
-    is true those are the parameters of the model file's effect of that name."""
+    physical range of each strength; `parameters(strengths)` the figures that a reader understands, and
+    `saved(strengths)` the parameters of the model file's effect of that name, whose law the columns are."""
 
     effect: str
     joint: str
@@ -19,15 +45,49 @@ class Candidate:
     parameters: Callable
     low: tuple | None = None
     high: tuple | None = None
-    saved: bool = False
+    saved: Callable | None = None  # where they differ from `parameters`
+    family: Family | None = None
+    parts: tuple = ()
 
     def within_range(self, strengths):
         low = self.low is None or all(x >= limit for x, limit in zip(strengths, self.low))
         return low and (self.high is None or all(x <= limit for x, limit in zip(strengths, self.high)))
 
+    def pieces(self, strengths):
+        """(candidate, its strengths) of each that this one is made of."""
+        if not self.parts:
+            return [(self, list(strengths))]
+        out, begin = [], 0
+        for part in self.parts:
+            out.append((part, list(strengths[begin:begin + len(part.columns)])))
+            begin += len(part.columns)
+        return out
+
+    def entry(self, strengths):
+        """Parameters of the model file's effect; what is not named there is 0 or left out."""
+        return {name: float(x) for name, x in (self.saved or self.parameters)(strengths).items()}
+
     @property
     def key(self):
         return self.effect, self.joint
+
+
+def joined(first, second):
+    """Two shapes of one effect at one joint that act together: two orders, two modes."""
+
+    def parameters(strengths):
+        out = {}
+        for number, (part, own) in enumerate(whole.pieces(strengths)):
+            out |= {name + (f"_{number + 1}" if number else ""): x for name, x in part.parameters(own).items()}
+        return out
+
+    def limits(name, default):
+        return sum((getattr(c, name) or (default,) * len(c.columns) for c in (first, second)), ())
+
+    whole = Candidate(first.effect, first.joint, f"{first.shape} and {second.shape}", first.columns + second.columns,
+                      parameters, limits("low", -math.inf), limits("high", math.inf),
+                      parts=(*(first.parts or (first,)), second))  # fmt: skip
+    return whole
 
 
 @dataclass(frozen=True)
@@ -48,13 +108,41 @@ class Place:
     def coulomb_Nm(self):
         return max(abs(self.scenes[0].coulomb_Nm[self.number]), 1e-12)
 
+    @property
+    def sign(self):
+        """With a sensor at the output, what a joint takes is missing from the reading."""
+        return -1.0 if self.evidence.load_sensor else 1.0
+
+    @property
+    def gear(self):
+        """Motor turns for one of the joint where torques and angles are the joint's; else 1."""
+        if self.evidence.model.plant != "pendulum":
+            return 1.0
+        return float(self.evidence.tree["joint"].get("transmission", {}).get("ratio", 1.0))
+
+    @property
+    def motor_range(self):
+        """Range of the motor's angle over all recordings but for its extremes [rad]."""
+        ends = [np.quantile(scene.motor_rad[self.number], (0.02, 0.98)) for scene in self.scenes]
+        return abs(self.gear) * (max(high for _, high in ends) - min(low for low, _ in ends))
+
+    @property
+    def travels(self):
+        """Does the joint turn far enough for position to be told from load?"""
+        return self.evidence.model.plant == "slider" or self.extent.half_range[self.number] > LEAST_HALF_RANGE_RAD
+
     def joint_column(self, function):
         """A column from a torque at the joint."""
-        j = self.number
-        return lambda scene: {f"T{j}": scene.track.operate(function(scene) / scene.ratio[j], j)}
+        j, sign = self.number, self.sign
+        return lambda scene: {f"T{j}": scene.track.operate(sign * function(scene) / scene.ratio[j], j)}
 
     def motor_column(self, function):
-        """A column from a torque at the motor, or of the reading itself."""
+        """A column from a torque at the motor."""
+        j, sign = self.number, self.sign
+        return lambda scene: {f"T{j}": scene.track.operate(sign * function(scene), j)}
+
+    def reading_column(self, function):
+        """A column of the reading itself."""
         j = self.number
         return lambda scene: {f"T{j}": scene.track.operate(function(scene), j)}
 
@@ -64,30 +152,47 @@ def named(*names, **constants):
     return lambda strengths: {**dict(zip(names, map(float, strengths))), **constants}
 
 
-def differentiate(x, step_s):
-    return np.gradient(x, step_s)
+def library_column(effect, joint, number, shapes):
+    """A column of the library's own law along each scene; `shapes` by name, in the order of the table."""
+    kind, shape = lib.tl_effect_find(effect.encode()), np.array(list(shapes.values()))
+
+    def column(scene):
+        found = scene.latest((effect, joint, *shapes.values()), lambda: _along(scene, kind, joint, shape))
+        return {kind: values[number] for kind, values in found.items()}
+
+    return column
 
 
-def differentiate_twice(x, step_s):
-    out = np.zeros_like(x)
-    out[1:-1] = (x[2:] - 2 * x[1:-1] + x[:-2]) / step_s**2
-    return out
+def _along(scene, kind, joint, shape):
+    """All columns of a kind of effect in every channel that shows them."""
+    track, model = scene.track, scene.library_model()
+    shown = {f"T{j}": j for j in range(scene.evidence.joints)}
+    angles = {"E": lib.TL_EFFECT_SHOWS_ENCODER, "F": lib.TL_EFFECT_SHOWS_FOOT} if joint else {"K": lib.TL_EFFECT_SHOWS_SHANK}
+    shown |= {name: number for name, number in angles.items() if name in scene.evidence.kinds}
+    at_rows = {name: np.zeros((kind.strengths, len(scene.t_s))) for name in shown}
+    for part in track.parts:
+        rows = slice(part["begin"], part["end"])
+        stretch, alive = _stretch(scene, model, part)
+        for name, number in shown.items():
+            column = np.zeros((kind.strengths, stretch.n))
+            lib.tl_effect_columns_along(kind, joint, pointer(shape), stretch, number, pointer(column))
+            at_rows[name][:, rows] = column
+        del alive
+    torque = {f"T{j}": j for j in range(scene.evidence.joints)}
+    return {name: np.array([track.operate(x / scene.ratio[torque[name]], torque[name]) if name in torque else track.operate(x)
+                            for x in columns]) for name, columns in at_rows.items()}  # fmt: skip
 
 
-def link_displaced(scene, j, shift):
-    """What shows when the link of joint j stands `shift` (grid, rad) ahead of where the motor's angle says."""
-    track, step_s = scene.track, scene.step_s
-    rates = differentiate(shift, step_s), differentiate_twice(shift, step_s)
-    if not scene.evidence.leg:
-        return {"T0": track.lowpass(scene.inertia[0, 0, 0] * rates[1])}
-    q, v = ([scene.grid(name, k) for k in range(2)] for name in ("q", "v"))
-    a = scene.once("bridged a", lambda: [track.resample(track.bridge(scene.a[k], k)) for k in range(2)])
-    small = 1e-3
-    moved = [np.array([x[k] + small * d * (k == j) for k in range(2)]) for x, d in zip((q, v, a), (shift, *rates))]
-    still = scene.once("links on grid", lambda: scene.links(np.array(q), np.array(v), np.array(a)))
-    change = (scene.links(*moved) - still) / small
-    shown = {f"T{k}": track.lowpass(change[k] / scene.grid("ratio", k)) for k in range(2)}
-    for kind in ("E", "F") if j == 1 else ("K",):
-        if kind in scene.evidence.kinds:
-            shown[kind] = track.lowpass(shift)
-    return shown
+def _stretch(scene, model, part):
+    """A part of the recording for the library; keep the second alive while it is used."""
+    stretch, begin, end = ffi.new("tl_effect_stretch *"), part["begin"], part["end"]
+    alive = [model, np.ascontiguousarray(scene.t_s[begin:end]), np.empty(lib.tl_effect_stretch_work(end - begin))]
+    stretch.model, stretch.n, stretch.t_s, stretch.work = model.struct, end - begin, pointer(alive[1]), pointer(alive[2])
+    for j in range(scene.evidence.joints):
+        stops = [(before - begin, after - begin, begin_s) for before, after, begin_s in part["stops"][j]]
+        alive.append(ffi.new("tl_stop[]", stops))
+        stretch.stop[j], stretch.stops[j] = alive[-1], len(stops)
+        for name in ("q", "v", "a", "slip"):
+            alive.append(np.ascontiguousarray(getattr(scene, name)[j][begin:end]))
+            getattr(stretch, name)[j] = pointer(alive[-1])
+    return stretch, alive

@@ -3,33 +3,48 @@ periodic in the motor's angle."""
 
 import numpy as np
 
-from .candidate import Candidate, link_displaced, named
+from .candidate import Candidate, Family, library_column, named
 
 SATURATION_POWERS = (1, 2, 3, 5)
+LARGEST_DROOP = 0.8  # of the torque at the largest current
+LARGEST_DROOP_SEEN = 0.35  # where a sensor shows the torque itself, and a wrong constant could pass for droop
 SATURATION_KNEES = (0.3, 0.5, 0.7)  # of the largest torque
-DELAYS_S = (-0.006, -0.003, -0.001, 0.001, 0.003, 0.006)  # the delay itself is a strength: these are where it is linear
+# the delay itself is a strength: these are where it is linear
+DELAYS_S = (-0.010, -0.006, -0.003, -0.001, 0.001, 0.003, 0.006, 0.010)
 COGGING_ORDERS = (*range(5, 25), 28, 30, 32, 36, 40, 42, 48, 54, 60, 72, 84)
 LAST_WITH_OVERTONE = 42
 WAVES = (np.sin, np.cos)
+FADES_HZ = (0.0, 18.0)  # a fast ripple is not all in the current
+FEWEST_WAVES_RAD = 2 * np.pi * 1.5  # what has not gone through more than one period is not known to have any
 
 
 def torque_saturation(at):
     j, largest = at.number, at.extent.motor_Nm[at.number]
-    for power in SATURATION_POWERS:
-        column = at.motor_column(lambda s, p=power: s.motor_Nm[j] * np.abs(s.motor_Nm[j] / largest) ** p)
-        figures = lambda x, p=power: {"droop_1_Nm": float(x[0]) / largest**p, "exponent": float(p)}
-        yield Candidate("torque_saturation", at.name, f"power {power}", (column,), figures, (0.0,), (1.0,),
-                        saved=power <= 3)  # fmt: skip
-    for knee in SATURATION_KNEES:
+    most = LARGEST_DROOP_SEEN if at.evidence.load_sensor else LARGEST_DROOP
+
+    def bent(power):
+        column = at.motor_column(lambda s: s.motor_Nm[j] * np.abs(s.motor_Nm[j] / largest) ** power)
+        figures = lambda x: {"droop_1_Nm": float(x[0]) * abs(at.gear / largest) ** power, "exponent": float(power)}
+        return Candidate("torque_saturation", at.name, f"power {power:g}", (column,), figures, (0.0,), (most,),
+                         family=Family(bent, (power,), (1.5,), (0.5,), (8.0,)))  # fmt: skip
+
+    def kinked(knee):
         begin = float(knee * largest)
-        column = at.motor_column(lambda s, b=begin: np.sign(s.motor_Nm[j]) * np.maximum(np.abs(s.motor_Nm[j]) - b, 0))
-        yield Candidate("torque_saturation", at.name, f"beyond {begin:.3g} Nm", (column,),
-                        named("droop", begin_Nm=begin), (0.0,), (3.0,))  # fmt: skip
+        column = at.motor_column(lambda s: np.sign(s.motor_Nm[j]) * np.maximum(np.abs(s.motor_Nm[j]) - begin, 0))
+        return Candidate("torque_saturation", at.name, f"beyond {begin:.3g} Nm", (column,),
+                         named("droop_1_Nm", exponent=0.0, begin_Nm=begin / abs(at.gear)), (0.0,),
+                         (most / (1 - knee),), family=Family(kinked, (knee,), (0.1,), (0.05,), (0.9,)))  # fmt: skip
+
+    yield from map(bent, SATURATION_POWERS)
+    if not at.evidence.load_sensor:
+        yield from map(kinked, SATURATION_KNEES)
 
 
 def current_offset(at):
     column = at.motor_column(lambda s: np.ones(len(s.t_s)))
-    yield Candidate("current_offset", at.name, "constant", (column,), named("torque_Nm"), saved=True)
+    figures = lambda x: {"torque_Nm": float(x[0]) / at.gear}
+    shape = "beside a sensor" if at.evidence.load_sensor else "constant"
+    yield Candidate("current_offset", at.name, shape, (column,), figures)
 
 
 def sensor_effects(at):
@@ -37,11 +52,11 @@ def sensor_effects(at):
     if not at.evidence.load_sensor:
         return
     j = at.number
-    gain = at.motor_column(lambda s: s.drive_Nm[j])
+    gain = at.reading_column(lambda s: s.drive_Nm[j])
     # the reading is the load: the drive gives (1 + excess) of what its constant says
-    yield Candidate("torque_constant", at.name, "scale", (gain,), named("excess"), saved=True)
-    yield Candidate("sensor_offset", at.name, "constant", (at.motor_column(lambda s: np.ones(len(s.t_s))),),
-                    named("offset_Nm"), saved=True)  # fmt: skip
+    yield Candidate("torque_constant", at.name, "scale", (gain,), named("excess"), (-0.6,), (1.5,))
+    yield Candidate("sensor_offset", at.name, "constant", (at.reading_column(lambda s: np.ones(len(s.t_s))),),
+                    named("offset_Nm"))  # fmt: skip
 
 
 def delay(at):
@@ -51,29 +66,45 @@ def delay(at):
         def column(scene, shift_s=shift_s):
             def later(piece):
                 t = np.arange(len(piece)) * scene.step_s
-                return (np.interp(t - shift_s, t, piece) - piece) / shift_s
+                # beside a sensor at the output the current is known: late, it tells of an earlier instant
+                return (np.interp(t - at.sign * shift_s, t, piece) - piece) / shift_s
 
             return {f"T{j}": scene.track.lowpass(scene.track.by_part(scene.grid("motor_Nm", j), later))}
 
-        yield Candidate("delay", at.name, f"near {1e3 * shift_s:g} ms", (column,), named("delay_s"), saved=True)
+        yield Candidate("delay", at.name, f"near {1e3 * shift_s:g} ms", (column,), named("delay_s"))
+
+
+def ripple_shown(scene, at, order, fades_Hz):
+    """The part of a ripple, `order` a turn of the motor, that the current shows: half of it at fades_Hz (0: all)."""
+    if not fades_Hz:
+        return 1.0
+    j = at.number
+    return 1 / (1 + (order * abs(at.gear) * scene.v[j] * scene.ratio[j] / (2 * np.pi * fades_Hz)) ** 2)
 
 
 def cogging(at):
     if at.evidence.velocity_only:
         return
-    j = at.number
+    j, made = at.number, {}
 
-    def wave(order, function):
-        return at.motor_column(lambda s: function(order * s.motor_rad[j]))
+    def wave(order, function, fades_Hz):
+        if (order, function, fades_Hz) not in made:
+            law = lambda s: function(order * abs(at.gear) * s.motor_rad[j]) * ripple_shown(s, at, order, fades_Hz)
+            made[order, function, fades_Hz] = at.motor_column(law)
+        return made[order, function, fades_Hz]
 
-    for order in COGGING_ORDERS:
-        one = tuple(wave(order, f) for f in WAVES)
-        yield Candidate("cogging", at.name, f"{order} per turn", one,
-                        named("sine_Nm", "cosine_Nm", per_turn=float(order)), saved=True)  # fmt: skip
+    def figures(order, fades_Hz):
+        names = ("sine_Nm", "cosine_Nm", "overtone_sine_Nm", "overtone_cosine_Nm")
+        gear = abs(at.gear), at.gear, abs(at.gear), at.gear  # of the motor's torque in the joint's
+        return lambda x: {**{n: float(v) / g for n, v, g in zip(names, x, gear)}, "per_turn": float(order), "fades_Hz": fades_Hz}
+
+    for order, fades_Hz in ((k, f) for k in COGGING_ORDERS for f in FADES_HZ if k * at.motor_range > FEWEST_WAVES_RAD):
+        name = f", fading at {fades_Hz:g} Hz" if fades_Hz else ""
+        one = tuple(wave(order, f, fades_Hz) for f in WAVES)
+        yield Candidate("cogging", at.name, f"{order} per turn{name}", one, figures(order, fades_Hz))
         if order <= LAST_WITH_OVERTONE:
-            two = one + tuple(wave(2 * order, f) for f in WAVES)
-            names = named("sine_Nm", "cosine_Nm", "overtone_sine_Nm", "overtone_cosine_Nm", per_turn=float(order))
-            yield Candidate("cogging", at.name, f"{order} and {2 * order} per turn", two, names)
+            two = one + tuple(wave(2 * order, f, fades_Hz) for f in WAVES)
+            yield Candidate("cogging", at.name, f"{order} and {2 * order} per turn{name}", two, figures(order, fades_Hz))
 
 
 def kinematic_error(at):
@@ -81,13 +112,23 @@ def kinematic_error(at):
     if at.evidence.velocity_only or plant == "slider" or (plant == "leg" and at.name != "knee"):
         return
     j = at.number
-    for order in (1, 2, 4):
-        ripple = tuple(at.joint_column(lambda s, f=f, k=order: f(k * s.motor_rad[j])) for f in WAVES)
-        yield Candidate("kinematic_error", at.name, f"torque, {order} per turn", ripple,
-                        named("sine_Nm", "cosine_Nm", per_turn=float(order)), saved=True)  # fmt: skip
+    for order in (k for k in (1, 2, 4) if k * at.motor_range > FEWEST_WAVES_RAD):
+        turns = order * abs(at.gear)
+        side = np.sign(at.gear)
+        for fades_Hz in FADES_HZ:
+            name = f", fading at {fades_Hz:g} Hz" if fades_Hz else ""
+            ripple = tuple(at.joint_column(lambda s, f=f, k=turns, o=order, h=fades_Hz: f(k * s.motor_rad[j])
+                                           * ripple_shown(s, at, o, h)) for f in WAVES)  # fmt: skip
+            figures = lambda x, k=order, s=side, h=fades_Hz: {
+                "sine_Nm": s * float(x[0]), "cosine_Nm": float(x[1]), "per_turn": float(k), "fades_Hz": h}  # fmt: skip
+            yield Candidate("kinematic_error", at.name, f"torque, {order} per turn{name}", ripple, figures)
+        by_load = tuple(at.joint_column(lambda s, f=f, k=turns: s.link_Nm[j] * f(k * s.motor_rad[j])) for f in WAVES)
+        shares = lambda x, k=order, s=side: {"sine_Nm": 0.0, "cosine_Nm": 0.0, "sine_share": s * float(x[0]),
+                                             "cosine_share": float(x[1]), "per_turn": float(k)}  # fmt: skip
+        yield Candidate("kinematic_error", at.name, f"share of the load, {order} per turn", by_load, shares)
         if plant == "leg":
-            error = tuple(
-                lambda s, f=f, k=order: link_displaced(s, j, s.track.resample(f(k * s.motor_rad[j]))) for f in WAVES)  # fmt: skip
+            shape = {"per_turn": float(order), "fades_Hz": 0.0}
+            error = tuple(library_column("kinematic_error", j, k, shape) for k in (2, 3))
             yield Candidate("kinematic_error", at.name, f"angle, {order} per turn", error,
                             named("sine_rad", "cosine_rad", per_turn=float(order)))  # fmt: skip
 
