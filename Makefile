@@ -73,7 +73,15 @@ APP_FLAGS := -std=c99 -D_POSIX_C_SOURCE=200809L $(WARNINGS) $(EXACT) -pthread \
   -Iinclude -Iapps/common -I$(BUILD)/assets $(APP_PACKAGE_FLAGS) $(SANITIZERS)
 APP_LIBS := $(APP_PACKAGE_LIBS) -lm -pthread
 
-FLAGS_ID := $(shell printf '%s' '$(CC) $(CPPFLAGS) $(CFLAGS) $(LDFLAGS) $(LIB_FLAGS) $(APP_FLAGS) $(APP_LIBS)' \
+# talus-acquire reaches GPIO lines through the kernel; libgpiod, of either generation, is one more way where it is
+# there. GPIOD= builds without it.
+GPIOD ?= $(filter 1 2,$(shell $(PKG_CONFIG) --modversion libgpiod 2>/dev/null | cut -d . -f 1))
+ifneq ($(GPIOD),)
+  GPIOD_FLAGS := -DTALUS_GPIOD=$(GPIOD) $(shell $(PKG_CONFIG) --cflags libgpiod)
+  GPIOD_LIBS := $(shell $(PKG_CONFIG) --libs libgpiod)
+endif
+
+FLAGS_ID := $(shell printf '%s' '$(CC) $(CPPFLAGS) $(CFLAGS) $(LDFLAGS) $(LIB_FLAGS) $(APP_FLAGS) $(APP_LIBS) $(GPIOD_FLAGS) $(GPIOD_LIBS)' \
   | cksum | cut -d ' ' -f 1)
 OBJ := $(BUILD)/obj/$(FLAGS_ID)
 
@@ -106,10 +114,13 @@ else
 programs:
 	@echo 'not built: the programs (missing: $(APP_MISSING)); `make deps` installs what they need'
 endif
-all: library python-side programs $(BUILD)/bin/talus-gap
+all: library python-side programs $(BUILD)/bin/talus-gap $(BUILD)/bin/talus-acquire-export
 
-# talus-gap is Python (tools/gap): what stands in bin/ finds an interpreter for it.
+# talus-gap is Python (tools/gap), and so is the export of talus-acquire (tools/acquire_export): what stands in
+# bin/ finds an interpreter for it.
 $(BUILD)/bin/talus-gap: tools/gap/start.sh
+$(BUILD)/bin/talus-acquire-export: tools/acquire_export/start.sh
+$(BUILD)/bin/talus-gap $(BUILD)/bin/talus-acquire-export:
 	$(say) GEN $@
 	@mkdir -p $(@D)
 	$(Q)sed -e 's|@ROOT@|$(CURDIR)|' -e 's|@BUILD@|$(abspath $(BUILD))|' $< >$@.new
@@ -201,6 +212,9 @@ $$(BUILD)/bin/$(call app_name,$(1)): $$(call objects,$$(sort $$(wildcard $(1)/*.
 endef
 $(foreach d,$(APP_DIRS),$(eval $(call program_rule,$(d))))
 
+$(OBJ)/apps/acquire/gpio.o $(OBJ)/apps/acquire/gpio_%.o: CPPFLAGS += $(GPIOD_FLAGS)
+$(BUILD)/bin/talus-acquire: APP_LIBS += $(GPIOD_LIBS)
+
 # Each tests/programs/NAME.c is a small program that shows a part of apps/common/ to
 # the tests; NAME goes to build/tests/. Each tools/bench/NAME.c serves `make bench` and
 # goes to build/bench/. Whatever runs tests builds them all.
@@ -254,7 +268,7 @@ $(BUILD)/python/talus_macros.h: $(BUILD)/python/talus_cdef.h
 
 # ---- check, show, measure ---------------------------------------------------
 
-.PHONY: deps check check-san check-long test test-san test-long lint demo paper bench
+.PHONY: deps check check-san check-long test test-san test-long rig test-rig lint demo paper blind bench
 # What a goal needs is installed first; then make starts anew, because what this
 # run found out about compilers and packages may no longer be true.
 again = +$(Q)$(MAKE) --no-print-directory $(if $(findstring jobserver,$(MAKEFLAGS)),,-j$(JOBS))
@@ -272,14 +286,24 @@ check:
 	$(again) test
 
 test: all test-programs
-	$(Q)$(run_env) $(PYTHON) -m pytest -m 'not long' $(PYTEST_FLAGS) $(TESTS)
+	$(Q)$(run_env) $(PYTHON) -m pytest -m 'not long and not rig' $(PYTEST_FLAGS) $(TESTS)
 
 check-long:
-	@tools/setup check
+	@tools/setup long
 	$(again) test-long
+	$(again) test-rig
 
 test-long: all test-programs
-	$(Q)$(run_env) $(PYTHON) -m pytest -m long $(PYTEST_FLAGS) $(TESTS)
+	$(Q)$(run_env) $(PYTHON) -m pytest -m 'long and not rig' $(PYTEST_FLAGS) $(TESTS)
+
+# What needs a kernel with CAN and GPIO: in guests, where this machine has none (docs/rig.md).
+rig:
+	@tools/setup rig
+	$(again) test-rig
+
+test-rig: all test-programs
+	$(Q)PYTHON='$(PYTHON)' TALUS_BUILD='$(abspath $(BUILD))' tools/rig/run can $(PYTEST_FLAGS)
+	$(Q)PYTHON='$(PYTHON)' TALUS_BUILD='$(abspath $(BUILD))' tools/rig/run gpio $(PYTEST_FLAGS)
 
 # Everything again under the address and undefined-behaviour sanitizers, in a
 # build folder of its own. Python is not built with them, so it gets their
@@ -292,7 +316,7 @@ san_library = $(shell $(CC) -print-file-name=$(1))
 test-san: all test-programs $(BUILD)/lib/libsanitizer_options.so
 	$(Q)$(run_env) PYTHONMALLOC=malloc \
 	  LD_PRELOAD='$(abspath $(BUILD)/lib/libsanitizer_options.so) $(call san_library,libasan.so) $(call san_library,libubsan.so) $(call san_library,libstdc++.so.6)' \
-	  $(PYTHON) -m pytest -m 'not long and not release' $(PYTEST_FLAGS) $(TESTS)
+	  $(PYTHON) -m pytest -m 'not long and not release and not rig' $(PYTEST_FLAGS) $(TESTS)
 
 $(BUILD)/lib/libsanitizer_options.so: tests/sanitizer_options.c
 	@mkdir -p $(@D)
@@ -304,7 +328,7 @@ CLANG_TIDY ?= clang-tidy
 LINT_SOURCES := $(LIB_SOURCES) $(if $(APP_MISSING),,$(COMMON_SOURCES) $(TEST_SOURCES) $(BENCH_SOURCES) \
   $(foreach d,$(APP_DIRS),$(wildcard $(d)/*.c)))
 LINT_HEADERS := $(HEADERS) $(wildcard lib/*.h lib/*/*.h apps/*/*.h)
-lint_flags = $(if $(filter lib/%,$(1)),$(LIB_FLAGS),$(APP_FLAGS))
+lint_flags = $(if $(filter lib/%,$(1)),$(LIB_FLAGS),$(APP_FLAGS) $(GPIOD_FLAGS))
 
 lint: $(LINT_SOURCES:%=$(BUILD)/lint/%.ok)
 $(BUILD)/lint/%.ok: % .clang-tidy $(LINT_HEADERS) | $(BUILD)/assets/assets.h
@@ -314,15 +338,32 @@ $(BUILD)/lint/%.ok: % .clang-tidy $(LINT_HEADERS) | $(BUILD)/assets/assets.h
 	  || { grep -v ' warnings generated\.$$' $@.out; exit 1; }
 	@mv $@.out $@
 
+# DEMO_SEED draws what is hidden; tools/picture then takes the README's picture (tools/setup browser).
+DEMO_SEED ?= 1
 demo:
 	@tools/setup check
 	$(again) all
-	$(Q)$(run_env) tools/demo
+	$(Q)$(run_env) tools/demo --seed $(DEMO_SEED)
 
 paper:
 	@tools/setup check
 	$(again) all
 	$(Q)$(run_env) tools/paper/run
+
+# Cases stay in their folders: an interrupted check goes on where it was. The checksums of the labels are printed
+# before the diagnosis begins.
+SEED ?= 101 102
+COUNT ?= 220
+BLIND ?= $(BUILD)/blind
+blind_folders = $(foreach s,$(SEED),$(BLIND)/seed$(s)-$(COUNT))
+blind:
+	@tools/setup check
+	$(again) all
+	$(Q)$(foreach s,$(SEED),test -e $(BLIND)/seed$(s)-$(COUNT)/seal.sha256 || $(run_env) $(PYTHON) -m blind draw \
+	  --seed $(s) --count $(COUNT) --jobs $(JOBS) --out $(BLIND)/seed$(s)-$(COUNT) || exit 1;)
+	$(Q)$(run_env) $(PYTHON) -m blind run --jobs $(JOBS) $(blind_folders)
+	$(Q)$(run_env) $(PYTHON) -m blind next $(blind_folders)
+	$(Q)$(run_env) $(PYTHON) -m blind open --out $(BLIND) $(blind_folders)
 
 bench:
 	@tools/setup bench
@@ -386,11 +427,13 @@ print-%:
 
 help:
 	@echo 'make               build everything into $(BUILD)/ (bin, lib)'
-	@echo 'make demo          simulate a bench, identify it, predict an unseen recording, draw it'
+	@echo 'make demo          hide an effect in a simulated bench, record, identify, diagnose, open the seal; DEMO_SEED'
 	@echo 'make check         static analyser and tests (installs what is missing)'
 	@echo 'make check-san     tests under the address and undefined-behaviour sanitizers'
-	@echo 'make check-long    the long tests'
+	@echo 'make check-long    the long tests, and those of make rig'
+	@echo 'make rig           tests on a real kernel with CAN and GPIO, in guests where this one has none'
 	@echo 'make paper         reproduce the source paper on one page'
+	@echo 'make blind         how often talus-gap is right on withheld effects; SEED, COUNT, JOBS'
 	@echo 'make bench         compare speed with peers (installs them); BENCH=signals: one of them'
 	@echo 'make deps          install what is missing: apt packages, .venv'
 	@echo 'make install       DESTDIR, PREFIX ($(PREFIX)); make uninstall'

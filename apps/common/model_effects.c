@@ -20,11 +20,14 @@ static int read_parameters(struct yaml_file *yaml, yaml_node_t *node, tl_effect 
   struct yaml_entry entry[TL_EFFECT_MAX_PARAMETERS];
   const int n = e->kind->strengths + e->kind->shapes;
   memset(entry, 0, sizeof entry);
-  for (int i = 0; i < n; i++)
-    entry[i] = (struct yaml_entry){.key = e->kind->parameter[i].name,
-                                   .required = 1,
+  for (int i = 0; i < n; i++) {
+    const tl_effect_parameter *p = &e->kind->parameter[i];
+    e->value[i] = p->otherwise;
+    entry[i] = (struct yaml_entry){.key = p->name,
+                                   .required = !(p->flags & TL_PARAMETER_OPTIONAL),
                                    .read = yaml_read_number,
                                    .offset = offsetof(tl_effect, value) + (size_t)i * sizeof(double)};
+  }
   if (yaml_read_map(yaml, node, entry, (size_t)n, e, error) != 0) return -1;
   for (int i = 0; i < n; i++) {
     const tl_effect_parameter *p = &e->kind->parameter[i];

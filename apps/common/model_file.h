@@ -20,6 +20,11 @@
  *     effects:                       # modelled effects; names and parameters: tl_effect_table
  *       - {effect: stribeck, joint: ankle,
  *          parameters: {extra_Nm: 0.4, speed_rad_s: 0.1, exponent: 2}}
+ *     bus:                           # leg only: what models/leg.dbc cannot say (docs/bus.md)
+ *       knee:                        # and ankle
+ *         motor: {counts_per_turn: 16384, sign: 1}                      # relative encoder
+ *         joint: {counts_per_turn: 65536, sign: 1, zero_count: 31250}   # absolute one
+ *         current: {sign: 1}
  *
  * A bound lies within the parameter's physical range and holds the file's own value; equal bounds
  * keep the parameter where it is.
@@ -35,12 +40,26 @@
 
 #define MODEL_MAX_EFFECTS 8
 
+/* How a drive of the leg counts. A sign of -1: it counts up where the model's angle or current falls. */
+struct model_bus_joint {
+  int motor_counts_per_turn, motor_sign;
+  int joint_counts_per_turn, joint_sign;
+  double joint_zero_count; /* at joint angle 0, within a turn */
+  int current_sign;
+};
+
+struct model_bus {
+  struct model_bus_joint joint[TL_MAX_JOINTS];
+};
+
 struct model_file {
   tl_model model;
   tl_score_settings score; /* the defaults where the file says nothing */
   int has_score;           /* the file has a `score:` */
   tl_window window;        /* when has_window */
   int has_window;          /* the file has a `signal:` */
+  struct model_bus bus;    /* when has_bus */
+  int has_bus;             /* the file has a `bus:` */
   /* in the order of tl_parameters: is there a bound, and which */
   int bounded[TL_MAX_PARAMETERS];
   double lower[TL_MAX_PARAMETERS], upper[TL_MAX_PARAMETERS];

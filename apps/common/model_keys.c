@@ -5,6 +5,7 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "model_bus.h"
 #include "talus/filter.h"
 
 #define PLACE(member) offsetof(struct model_draft, file.member)
@@ -139,6 +140,7 @@ static const struct yaml_entry leg_keys[] = {
     SECTION("knee", drive_0_keys),
     SECTION("ankle", ankle_keys),
     COMMON_KEYS,
+    {.key = "bus", .read = model_read_bus},
 };
 
 /* ---- pendulum -------------------------------------------------------------------- */

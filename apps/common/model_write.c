@@ -2,7 +2,7 @@
 #include <math.h>
 #include <string.h>
 
-#include "model_keys.h"
+#include "model_bus.h"
 #include "number.h"
 #include "output.h"
 #include "plant_name.h"
@@ -141,8 +141,9 @@ static void put_effects(struct output *out, const struct model_file *file) {
     const int n = e->kind->strengths + e->kind->shapes;
     output_printf(out, "  - effect: %s\n    joint: %s\n    parameters: {", e->kind->name,
                   model_effect_joint(&file->model, e->joint));
-    for (int k = 0; k < n; k++) {
-      output_printf(out, "%s%s: ", k ? ", " : "", e->kind->parameter[k].name);
+    for (int k = 0, any = 0; k < n; k++) {
+      if (!tl_effect_says(e, k)) continue;
+      output_printf(out, "%s%s: ", any++ ? ", " : "", e->kind->parameter[k].name);
       output_exact(out, e->value[k]);
     }
     output_text(out, "}\n");
@@ -176,6 +177,7 @@ int model_file_write(const char *path, const struct model_file *file, const char
   if (m->plant == TL_PLANT_LEG) put_leg(out, m);
   if (m->plant == TL_PLANT_PENDULUM) put_pendulum(out, m);
   if (m->plant == TL_PLANT_SLIDER) put_slider(out, m);
+  model_write_bus(out, file);
   put_settings(out, file);
   put_bounds(out, file);
   put_effects(out, file);

@@ -29,12 +29,14 @@ struct stream {
 /* ---- memory ---------------------------------------------------------------- */
 
 /* which channels the regression reads */
-static void used_channels(const tl_layout *l, int joints, int used[TL_CHANNEL_COUNT]) {
+static void used_channels(const tl_regression *r, int joints, int used[TL_CHANNEL_COUNT]) {
+  const tl_layout *l = &r->layout;
   memset(used, 0, TL_CHANNEL_COUNT * sizeof *used);
   used[TL_CHANNEL_TIME] = 1;
   for (int j = 0; j < joints; j++) {
     tl_channel angle = l->position[j] != TL_CHANNEL_COUNT ? l->position[j] : l->velocity[j];
     used[angle] = used[l->effort[j]] = 1;
+    if (r->temperature[j] != TL_CHANNEL_COUNT) used[r->temperature[j]] = 1;
   }
   if (l->load != TL_CHANNEL_COUNT) used[l->load] = 1;
 }
@@ -57,7 +59,7 @@ static int make_room(struct stream *s, size_t rows, size_t grid, struct app_erro
   if (!s->columns || !s->memory || !s->stops || !s->mask)
     return app_fail(error, APP_FAILED, "out of memory for a block of %zu rows", s->rows);
   tl_regression_space_init(&s->space, &s->regression, s->rows, s->grid, s->memory, s->stops, s->mask);
-  used_channels(&s->regression.layout, joints, used);
+  used_channels(&s->regression, joints, used);
   at = s->columns;
   for (int c = 0; c < TL_CHANNEL_COUNT; c++) {
     s->column[c] = used[c] ? at : NULL;
@@ -203,9 +205,17 @@ void stream_close(struct stream *stream) {
 }
 
 int stream_set_effects(struct stream *stream, const tl_effect *effect, int effects, struct app_error *error) {
-  if (tl_regression_set_effects(&stream->regression, effect, effects, recording_first_s(stream->recording)) ==
-      TL_OK)
+  tl_status status =
+      tl_regression_set_effects(&stream->regression, effect, effects, recording_first_s(stream->recording));
+
+  if (status == TL_OK) {
+    stream->rows = 0; /* other columns may be wanted now: room is made anew */
     return 0;
+  }
+  if (status == TL_ERR_UNSUPPORTED)
+    return app_fail(error, APP_BAD_INPUT,
+                    "%s: the temperature that an effect of the model needs is not there",
+                    recording_path(stream->recording));
   return app_fail(error, APP_BAD_INPUT,
                   "effects: the linkage does not close with the errors of linkage_error");
 }

@@ -25,7 +25,10 @@ static const struct cli_option options[] = {
     {"motion", 0, CLI_TEXT, &asked.motion, 0, "M.csv",
      "write reference and true motion at the recording's samples"},
     {"excitation", 'e', CLI_TEXT, &excitation, 0, "KIND",
-     "multisine (default), paper (the series (14)), or ramps"},
+     "multisine (default), paper (the series (14)), ramps,\nor bus (with --can): set-points from the bus"},
+    {"can", 0, CLI_TEXT, &asked.can, 0, "IFACE", "run in real time on this CAN interface (models/leg.dbc)"},
+    {"reference", 0, CLI_TEXT, &asked.reference, 0, "T.csv",
+     "follow this trajectory: time_s and joint angles"},
     {"period", 0, CLI_NUMBER, &asked.period_s, 0, "S", "of the series (multisine 4, paper 0.4)"},
     {"harmonics", 0, CLI_WHOLE, &harmonics, 0, "N", "of the multisine (8)"},
     {"amplitude", 0, CLI_TEXT, &amplitude, 0, "A[,B]", "of multisine or ramps at each joint [rad] or [m]"},
@@ -89,15 +92,17 @@ static enum cli_result read_pair(const char *name, const char *text, double valu
 
 static enum cli_result read_excitation(void) {
   static const char *const name[] = {
-      [TWIN_MULTISINE] = "multisine", [TWIN_PAPER] = "paper", [TWIN_RAMPS] = "ramps"};
+      [TWIN_MULTISINE] = "multisine", [TWIN_PAPER] = "paper", [TWIN_RAMPS] = "ramps", [TWIN_BUS] = "bus"};
 
-  for (int k = 0; excitation && k < 3; k++) {
+  for (int k = 0; excitation && k < 4; k++) {
     if (strcmp(excitation, name[k]) != 0) continue;
     asked.excitation = (enum twin_excitation)k;
     return CLI_RUN;
   }
   return excitation
-             ? cli_complain("--excitation: expected multisine, paper or ramps, found '%.40s'", excitation)
+             ? cli_complain(
+                   "--excitation: expected multisine, paper or ramps, found '%.40s' (or bus, with --can)",
+                   excitation)
              : CLI_RUN;
 }
 
@@ -169,9 +174,20 @@ static enum cli_result check_numbers(void) {
 
 /* what the chosen excitation does not know */
 static enum cli_result check_excitation(void) {
-  const int series = asked.excitation != TWIN_RAMPS;
+  const int bus = asked.excitation == TWIN_BUS;
+  const int shaped = !isnan(asked.period_s) || harmonics || amplitude || asked.speed != 1.0 || asked.fit;
 
-  if (!series && !isnan(asked.period_s)) return cli_complain("--period: ramps have none");
+  if (asked.reference && (excitation || asked.can || shaped))
+    return cli_complain(
+        "--reference: the motion is the file's; no --excitation, --can, --period, --harmonics, "
+        "--amplitude, --speed, --fit");
+  if (asked.reference) asked.excitation = TWIN_REFERENCE;
+  if (bus && !asked.can) return cli_complain("--excitation bus: needs --can");
+  if (bus && shaped)
+    return cli_complain("--excitation bus: the motion is the bus's; no --period, --harmonics, --amplitude, "
+                        "--speed, --fit");
+  if (asked.excitation == TWIN_RAMPS && !isnan(asked.period_s))
+    return cli_complain("--period: ramps have none");
   if (asked.excitation != TWIN_MULTISINE && harmonics)
     return cli_complain("--harmonics: for the multisine only");
   if (asked.excitation == TWIN_PAPER && amplitude)
@@ -183,9 +199,13 @@ static enum cli_result check_excitation(void) {
 static enum cli_result check_files(void) {
   const struct {
     const char *option, *path;
-  } file[] = {{"model", asked.model}, {"out", asked.out}, {"truth", asked.truth}, {"motion", asked.motion}};
+  } file[] = {{"model", asked.model},
+              {"reference", asked.reference},
+              {"out", asked.out},
+              {"truth", asked.truth},
+              {"motion", asked.motion}};
 
-  for (int i = 1; i < 4; i++)
+  for (int i = 1; i < 5; i++)
     for (int j = 0; j < i; j++)
       if (file[i].path && file[j].path && output_same(file[i].path, file[j].path))
         return cli_complain("--%s and --%s are one file, %s", file[j].option, file[i].option, file[i].path);
@@ -219,6 +239,7 @@ int main(int argc, char **argv) {
   case CLI_DONE: return APP_OK;
   case CLI_USAGE: return APP_BAD_INPUT;
   }
-  if (twin_prepare(&twin, &asked, &error) != 0 || twin_run(&twin, &error) != 0) return app_exit(&error);
-  return APP_OK;
+  const int failed = twin_prepare(&twin, &asked, &error) != 0 || twin_run(&twin, &error) != 0;
+  twin_free(&twin);
+  return failed ? app_exit(&error) : APP_OK;
 }

@@ -42,12 +42,17 @@ void truth_motion_row(struct output *out, const tl_bench *b, double t_s) {
 }
 
 static json_t *truth_of_excitation(const struct twin *t) {
-  static const char *const name[] = {"multisine", "paper", "ramps"};
+  static const char *const name[] = {"multisine", "paper", "ramps", "bus", "reference"};
   const tl_excitation *e = &t->excitation;
   size_t joints = (size_t)tl_joint_count(&t->model), harmonics = (size_t)e->harmonics;
   json_t *o = json_object();
 
   json_set_text(o, "kind", name[t->asked->excitation]);
+  if (t->asked->reference) {
+    json_set_text(o, "file", t->asked->reference);
+    json_set_number(o, "length_s", trajectory_length_s(&t->trajectory));
+    return o;
+  }
   json_object_set_new(o, "scaled_amplitude", json_numbers(t->scaling.amplitude, joints));
   json_set_number(o, "scaled_speed", t->scaling.speed);
   json_set_number(o, "length_s", tl_excitation_length_s(e));
@@ -89,13 +94,30 @@ static json_t *truth_of_effects(const struct twin *t) {
     const tl_effect *e = &t->effect[i];
     json_t *o = json_object(), *parameters = json_object();
     for (int k = 0; k < e->kind->strengths + e->kind->shapes; k++)
-      json_set_number(parameters, e->kind->parameter[k].name, e->value[k]);
+      if (tl_effect_says(e, k)) json_set_number(parameters, e->kind->parameter[k].name, e->value[k]);
     json_set_text(o, "effect", e->kind->name);
     json_set_text(o, "joint", model_effect_joint(&t->model, e->joint));
     json_object_set_new(o, "parameters", parameters);
     json_array_append_new(list, o);
   }
   return list;
+}
+
+static json_t *truth_of_bus(const struct twin *t) {
+  const struct twin_live *live = &t->live;
+  json_t *o = json_object();
+
+  json_set_text(o, "interface", t->asked->can);
+  json_object_set_new(o, "begin_real_ns", json_integer((json_int_t)live->begin_real_ns));
+  json_object_set_new(o, "ticks", json_integer((json_int_t)live->ticks));
+  json_object_set_new(o, "late_ticks", json_integer((json_int_t)live->late));
+  json_set_number(o, "worst_lateness_s", live->worst_s);
+  json_object_set_new(o, "frames_sent", json_integer((json_int_t)live->sent));
+  json_object_set_new(o, "frames_refused", json_integer((json_int_t)live->refused));
+  json_object_set_new(o, "setpoints", json_integer((json_int_t)live->setpoints));
+  json_object_set_new(o, "ticks_without_setpoint", json_integer((json_int_t)live->missed));
+  json_object_set_new(o, "motor_zero_count", json_numbers(live->zero_count, TL_MAX_JOINTS));
+  return o;
 }
 
 int truth_write(const struct twin *t, const tl_bench *b, struct app_error *error) {
@@ -119,6 +141,7 @@ int truth_write(const struct twin *t, const tl_bench *b, struct app_error *error
   json_object_set_new(root, "effects", truth_of_effects(t));
   json_object_set_new(root, "sensors", truth_of_sensors(t));
   json_object_set_new(root, "excitation", truth_of_excitation(t));
+  if (t->asked->can) json_object_set_new(root, "bus", truth_of_bus(t));
   json_object_set_new(root, "stick_slip_changes", json_integer((json_int_t)b->simulation.changes));
   result = json_file_write(t->asked->truth, root, error);
   json_decref(root);

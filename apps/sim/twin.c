@@ -5,11 +5,14 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "live.h"
+#include "orders.h"
 #include "output.h"
 #include "plant_name.h"
 #include "progress.h"
 #include "recording.h"
 #include "recording_writer.h"
+#include "reference.h"
 #include "truth.h"
 
 #define PAPER_FADE_S 2.0
@@ -77,6 +80,8 @@ static tl_status make_excitation(struct twin *t) {
   case TWIN_MULTISINE: status = make_multisine(t); break;
   case TWIN_PAPER: status = make_paper(t); break;
   case TWIN_RAMPS: status = make_ramps(t); break;
+  case TWIN_BUS: orders_rest(&t->excitation, tl_joint_count(&t->model)); return TL_OK;
+  case TWIN_REFERENCE: reference_rest(&t->trajectory, &t->excitation); return TL_OK;
   }
   if (status == TL_OK) tl_excitation_speed_up(&t->excitation, t->asked->speed);
   return status;
@@ -128,8 +133,8 @@ static int report_broken(const struct twin *t, const tl_peak *peak, int n, struc
                                tl_joint_name(&t->model, peak[i].joint), tl_quantity_name(peak[i].quantity),
                                peak[i].peak, unit, peak[i].t_s, peak[i].limit, peak[i].excess);
   }
-  return app_fail(error, APP_BAD_INPUT, "the excitation breaks %d limit%s: %s; --fit would scale it", n,
-                  n == 1 ? "" : "s", list);
+  return app_fail(error, APP_BAD_INPUT, "the excitation breaks %d limit%s: %s%s", n, n == 1 ? "" : "s", list,
+                  t->asked->reference ? "" : "; --fit would scale it");
 }
 
 static int fit_excitation(struct twin *t, struct app_error *error) {
@@ -161,6 +166,10 @@ static int keep_limits(struct twin *t, struct app_error *error) {
     replace(&t->limits[j].speed, t->asked->limits[j].speed);
     replace(&t->limits[j].acceleration, t->asked->limits[j].acceleration);
     replace(&t->limits[j].torque, t->asked->limits[j].torque);
+  }
+  if (t->asked->reference) {
+    broken = reference_check(&t->model, t->limits, &t->trajectory, peak);
+    return broken ? report_broken(t, peak, broken, error) : 0;
   }
   if (t->asked->fit) return fit_excitation(t, error);
   if (tl_excitation_check(&t->model, t->limits, &t->excitation, peak, &broken) != TL_OK)
@@ -205,6 +214,11 @@ static int check_effects(const struct twin *t, struct app_error *error) {
                       "%s: effects: '%s' shows only at a torque sensor at the output, "
                       "which this bench does not have",
                       t->asked->model, kind->name);
+    const int recorded = tl_effect_recorded_only(&t->effect[i]);
+    if (recorded >= 0)
+      return app_fail(error, APP_BAD_INPUT,
+                      "%s: effects: '%s' is not simulated with this %s, recordings alone can show it",
+                      t->asked->model, kind->name, kind->parameter[recorded].name);
     if (t->model.form == TL_FORM_PAPER)
       return app_fail(error, APP_BAD_INPUT, "%s: effects: `form: paper` takes none in forward time",
                       t->asked->model);
@@ -222,7 +236,12 @@ int twin_prepare(struct twin *twin, const struct twin_settings *settings, struct
   twin->model = file.model;
   memcpy(twin->effect, file.effect, sizeof twin->effect);
   twin->effects = file.effects;
+  twin->bus = file.bus;
+  twin->has_bus = file.has_bus;
   if (check_plant(twin, error) != 0 || check_effects(twin, error) != 0) return -1;
+  if (settings->reference &&
+      trajectory_read(settings->reference, &twin->model, &twin->trajectory, error) != 0)
+    return -1;
   if (make_excitation(twin) != TL_OK)
     return app_fail(error, APP_BAD_INPUT,
                     "excitation: --period, --harmonics (1 to %d), --amplitude or --speed out of range",
@@ -230,8 +249,10 @@ int twin_prepare(struct twin *twin, const struct twin_settings *settings, struct
   make_bench(twin);
   if (keep_limits(twin, error) != 0) return -1;
   make_bench(twin); /* slower means longer to settle */
+  if (settings->can && live_prepare(twin, error) != 0) return -1;
   twin->duration_s =
       settings->excitation == TWIN_RAMPS ? tl_excitation_length_s(&twin->excitation) : SERIES_DURATION_S;
+  if (settings->reference) twin->duration_s = trajectory_length_s(&twin->trajectory);
   replace(&twin->duration_s, settings->duration_s);
   return check_times(twin, error);
 }
@@ -275,7 +296,7 @@ static int at_limit(const tl_bench *b) {
 }
 
 /* all samples into the two files; motion may be NULL */
-static int run_samples(const struct twin *t, tl_bench *bench, struct recording_writer *writer,
+static int run_samples(struct twin *t, tl_bench *bench, struct recording_writer *writer,
                        struct output *motion, struct app_error *error) {
   unsigned long n = (unsigned long)floor(t->duration_s * t->bench.sample_hz + 0.5), limited = 0;
   double row[TL_CHANNEL_COUNT];
@@ -284,6 +305,7 @@ static int run_samples(const struct twin *t, tl_bench *bench, struct recording_w
 
   progress_begin(&progress, "simulating");
   for (unsigned long k = 0; k < n; k++) {
+    if (t->asked->reference) reference_lay(&t->trajectory, bench, &t->excitation);
     status = tl_bench_next(bench, row);
     if (status != TL_OK) break;
     recording_writer_row(writer, row);
@@ -299,6 +321,12 @@ static int run_samples(const struct twin *t, tl_bench *bench, struct recording_w
     app_note("a drive was at its current limit in %.2f %% of the samples",
              100.0 * (double)limited / (double)n);
   return 0;
+}
+
+static int run(struct twin *t, tl_bench *bench, struct recording_writer *writer, struct output *motion,
+               struct app_error *error) {
+  if (t->asked->can) return live_run(t, bench, writer, motion, error);
+  return run_samples(t, bench, writer, motion, error);
 }
 
 int twin_run(struct twin *twin, struct app_error *error) {
@@ -321,7 +349,7 @@ int twin_run(struct twin *twin, struct app_error *error) {
     motion = output_open(twin->asked->motion, error);
     if (motion) truth_motion_header(motion, &twin->model);
   }
-  if (!twin->asked->motion || motion) result = run_samples(twin, &bench, writer, motion, error);
+  if (!twin->asked->motion || motion) result = run(twin, &bench, writer, motion, error);
   if (result == 0 && twin->asked->truth) result = truth_write(twin, &bench, error);
   if (result != 0) {
     output_abandon(motion);
@@ -332,4 +360,8 @@ int twin_run(struct twin *twin, struct app_error *error) {
   if (result == 0) return recording_writer_commit(writer, error);
   recording_writer_abandon(writer);
   return -1;
+}
+
+void twin_free(struct twin *twin) {
+  trajectory_free(&twin->trajectory);
 }

@@ -8,13 +8,17 @@
 #include "model_file.h"
 #include "talus/bench.h"
 #include "talus/excitation.h"
+#include "trajectory.h"
 
-enum twin_excitation { TWIN_MULTISINE, TWIN_PAPER, TWIN_RAMPS };
+/* TWIN_BUS: set-points from the bus */
+enum twin_excitation { TWIN_MULTISINE, TWIN_PAPER, TWIN_RAMPS, TWIN_BUS, TWIN_REFERENCE };
 
 /* What a run is asked for. A NaN stands for the default of plant and excitation. */
 struct twin_settings {
   const char *model, *out;    /* paths */
   const char *truth, *motion; /* paths, NULL: not written */
+  const char *can;            /* interface to run on in real time, NULL: none */
+  const char *reference;      /* trajectory to follow, NULL: none */
   enum twin_excitation excitation;
   double period_s;                    /* of the series */
   int harmonics;                      /* of the multisine, 0: default */
@@ -36,6 +40,16 @@ struct twin_settings {
 /* All defaults; the paths are to be filled in. */
 struct twin_settings twin_defaults(void);
 
+/* What a run on the bus was like. */
+struct twin_live {
+  int64_t begin_real_ns;       /* CLOCK_REALTIME at the first tick's deadline */
+  unsigned long ticks, late;   /* late: by more than a period */
+  double worst_s;              /* lateness */
+  unsigned long sent, refused; /* frames; refused: the kernel did not take them */
+  unsigned long setpoints, missed;
+  double zero_count[TL_MAX_JOINTS]; /* of the relative encoders at joint angle 0 */
+};
+
 /* A run that is ready to start. */
 struct twin {
   const struct twin_settings *asked;
@@ -43,10 +57,14 @@ struct twin {
   tl_effect effect[MODEL_MAX_EFFECTS]; /* the model's */
   int effects;
   tl_excitation excitation;
+  struct trajectory trajectory; /* when it is followed */
   tl_scaling scaling;
   tl_limits limits[TL_MAX_JOINTS];
   tl_bench_settings bench;
   double duration_s;
+  struct model_bus bus; /* when has_bus */
+  int has_bus;
+  struct twin_live live; /* after a run on the bus */
 };
 
 /* Reads the model and checks the excitation: 0, or -1 with status 2, naming every limit that
@@ -54,5 +72,7 @@ struct twin {
 int twin_prepare(struct twin *twin, const struct twin_settings *settings, struct app_error *error);
 /* Runs it and writes what was asked for. 0, or -1. */
 int twin_run(struct twin *twin, struct app_error *error);
+/* Whether twin_prepare succeeded or not. */
+void twin_free(struct twin *twin);
 
 #endif

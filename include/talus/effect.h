@@ -19,6 +19,7 @@
 
 #include <stddef.h>
 
+#include "talus/kinematics.h"
 #include "talus/plant.h"
 #include "talus/status.h"
 
@@ -26,8 +27,8 @@
 extern "C" {
 #endif
 
-#define TL_EFFECT_MAX_STRENGTHS 4
-#define TL_EFFECT_MAX_SHAPES 2
+#define TL_EFFECT_MAX_STRENGTHS 6
+#define TL_EFFECT_MAX_SHAPES 5
 #define TL_EFFECT_MAX_PARAMETERS (TL_EFFECT_MAX_STRENGTHS + TL_EFFECT_MAX_SHAPES)
 
 /* What a law may depend on: one joint at one instant. */
@@ -35,12 +36,15 @@ typedef struct tl_effect_instant {
   double q, v;            /* the joint's angle and speed [rad], [rad/s]; slider [m], [m/s] */
   double slip;            /* direction of friction, [-1, 1] */
   double load_Nm;         /* torque that the joint delivers to inertia and gravity, without friction */
+  double rotor_Nm;        /* of it: what the rotor's own inertia takes */
+  double friction_Nm;     /* the plain model's friction */
   double motor_Nm;        /* motor torque: what the plain model asks for, and the mechanical effects */
   double motor_rad;       /* motor angle */
   double ratio;           /* d motor / d joint */
   double effort_Nm;       /* the drive's recorded torque where a sensor at the output was recorded, else 0 */
   double gravity_tilt_Nm; /* change of gravity's torque at this joint per rad of tilt of the base */
   double t_s;             /* time since the first recording's begin */
+  double temp_C;          /* of the drive, smoothed; 0 where it was not recorded */
 } tl_effect_instant;
 
 /* A strength or a shape of an effect. */
@@ -48,7 +52,15 @@ typedef struct tl_effect_parameter {
   const char *name; /* with its unit: "speed_rad_s" */
   double low, high; /* physical range */
   double typical;
+  int flags;        /* set of TL_PARAMETER_... */
+  double otherwise; /* of an optional parameter that a model file does not name */
 } tl_effect_parameter;
+
+enum {
+  TL_PARAMETER_OPTIONAL = 1, /* a model file may leave it out */
+  TL_PARAMETER_RECORDED = 2, /* shows in recordings; forward time knows no other value than `otherwise` */
+  TL_PARAMETER_HEATED = 4    /* other than 0 it needs the drive's temperature */
+};
 
 /* Where an effect can stand. */
 enum { TL_EFFECT_AT_KNEE = 1, TL_EFFECT_AT_ANKLE = 2, TL_EFFECT_AT_SINGLE = 4, TL_EFFECT_AT_BASE = 8 };
@@ -65,9 +77,10 @@ typedef struct tl_effect_change {
   double delay_s;                               /* the current is later than the angles */
   double motor_sine_rad, motor_cosine_rad;      /* added to the motor's encoder, once a turn of it */
   double joint_sine_rad, joint_cosine_rad;      /* added to the joint's encoder, once a turn of it */
-  double AB_m, BO_m, AC_m;                      /* added to the linkage's dimensions */
-  double memory_Nm, travel_rad;                 /* friction that is a spring over a small travel */
+  double AB_m, BO_m, AC_m, BOF_rad;             /* added to the linkage's dimensions */
+  double memory_Nm, travel_rad, memory_power;   /* friction that is a spring over a small travel */
   double compliance_rad_Nm, gap_rad, damping_s; /* between motor and joint */
+  double motor_share; /* where they are not rigid: of the joint's own inertia, what turns with the motor */
   double base_compliance_rad_Nm, base_hz,
       base_share; /* of the mount; its resonance with the leg at rest, damping ratio */
 } tl_effect_change;
@@ -87,7 +100,9 @@ typedef struct tl_effect_stretch {
   const double *t_s; /* since the first recording's begin */
   const double *q[TL_MAX_JOINTS], *v[TL_MAX_JOINTS], *a[TL_MAX_JOINTS], *slip[TL_MAX_JOINTS];
   const double *effort_Nm; /* the drive's torque where a sensor at the output was recorded. Nullable. */
-  double *work;            /* tl_effect_stretch_work(n) doubles */
+  const tl_stop *stop[TL_MAX_JOINTS]; /* of each joint, rows as here */
+  size_t stops[TL_MAX_JOINTS];
+  double *work; /* tl_effect_stretch_work(n) doubles */
 } tl_effect_stretch;
 
 typedef struct tl_effect_kind {
@@ -104,7 +119,8 @@ typedef struct tl_effect_kind {
   void (*law)(const tl_effect_instant *now, const double *shape, double *torque, double *friction);
   /* Kinds that change the plant or its sensors have these two in its place: what they change, and to
    * first order what a recording then shows (`shows`: a joint's torque or TL_EFFECT_SHOWS_...) per
-   * unit of each strength, of an effect at `joint`: column k at column + k n. */
+   * unit of each strength, of an effect at `joint`: column k at column + k n. A kind with both a law and
+   * `along` has the strengths of one at 0 in the other. */
   void (*change)(const double *value, tl_effect_change *to);
   void (*along)(const tl_effect_stretch *s, int joint, const double *shape, int shows, double *column);
   double memory_s; /* how far back its columns look */
@@ -126,6 +142,12 @@ const tl_effect_kind *tl_effect_find(const char *name);
 int tl_effect_applies(const tl_effect_kind *kind, const tl_model *m, int joint);
 /* An effect with its typical parameters. */
 tl_effect tl_effect_typical(const tl_effect_kind *kind, int joint);
+/* 0 for an optional parameter that has the value of one left out. */
+int tl_effect_says(const tl_effect *e, int parameter);
+/* Number of a parameter by which the effect cannot act in forward time; -1 where it can. */
+int tl_effect_recorded_only(const tl_effect *e);
+/* Does it need the drive's temperature? */
+int tl_effect_is_heated(const tl_effect *e);
 /* TL_ERR_RANGE when a parameter leaves its range; TL_ERR_UNSUPPORTED where the kind cannot stand;
  * TL_ERR_RANGE or TL_ERR_UNSUPPORTED for a linkage error that the linkage does not take. */
 TL_CHECK tl_status tl_effect_check(const tl_effect *e, const tl_model *m);
@@ -156,10 +178,10 @@ void tl_effect_columns_along(const tl_effect_kind *kind, int joint, const double
 /* Everything that n effects change at a joint (TL_MAX_JOINTS: at the base). */
 tl_effect_change tl_effects_change(const tl_effect *effect, int n, int joint);
 /* What n effects add to the recorded torque of a joint (leg: motor torque, so over the ratio). Kinds
- * without a law of the instant are left out: they are tl_effects_along's.
- * Nullable: effort_Nm. */
+ * without a law of the instant are left out: they are tl_effects_along's. temp_C: of the drive, where a heated
+ * effect needs it. Nullable: effort_Nm. */
 double tl_effects_torque(const tl_effect *effect, int n, const tl_model *m, const tl_motion *motion,
-                         int joint, double t_s, const double *effort_Nm);
+                         int joint, double t_s, double temp_C, const double *effort_Nm);
 
 /* What the others add to the recorded torque of a joint, added to sum[n]; `column` holds
  * TL_EFFECT_MAX_STRENGTHS n doubles. */

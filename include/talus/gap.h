@@ -62,29 +62,6 @@ void tl_gap_bridge(const tl_gap_recording *r, int joint, double *at_rows);
 void tl_gap_resample(const tl_gap_recording *r, const double *at_rows, double *on_grid);
 void tl_gap_lowpass(const tl_gap_recording *r, double *on_grid);
 
-/* Dahl's friction state in [-1, 1] along a position of n rows, beginning at 0: dz = (1 - s z)^p |dx| / travel
- * in the direction s of the motion, with p = 1, or 2 where `squared`; each step in closed form. travel > 0, in the
- * position's unit. (Dahl, "A solid friction model", 1968.) */
-void tl_gap_dahl(const double *position, size_t n, double travel, int squared, double *state);
-
-/* A link behind a spring and a gap, driven by the motor's recorded motion. */
-typedef struct tl_gap_link {
-  double stiffness_Nm_rad, gap_rad; /* > 0; the whole lost motion, >= 0 */
-  double friction_share;            /* of the joint's friction that stands on the link's side, 0 to 1 */
-  double inertia_kg_m2;             /* of the link, > 0 */
-  double coulomb_Nm, viscous_Nms_rad;
-  double step_s;
-} tl_gap_link;
-
-/* Steps of the link in one sample: enough for its own oscillation, at most 60. */
-int tl_gap_link_steps(const tl_gap_link *link);
-
-/* Along the motor's speed (at the joint) on an even grid of n instants: the link's angle less the motor's, and the
- * torque through the spring, whose damping ratio is 0.1. other_Nm is what the link needs besides its inertia and
- * friction. Semi-implicit Euler; friction that would reverse the link stops it. */
-void tl_gap_link_along(const tl_gap_link *link, const double *motor_rad_s, const double *other_Nm, size_t n,
-                       double *angle_rad, double *torque_Nm);
-
 #ifdef __cplusplus
 }
 #endif

@@ -38,20 +38,22 @@ typedef struct tl_regression {
   tl_score_settings score;
   tl_sensing sensing[TL_MAX_JOINTS];
   tl_lowpass lowpass;
-  double step_s; /* median step of the recording */
+  double step_s;     /* median step of the recording */
+  uint32_t recorded; /* set of TL_CHANNEL_BIT */
   /* effects that are modelled already, by tl_regression_set_effects. Nullable: effect when effects is 0. */
   const tl_effect *effect;
   int effects;
-  double begin_s;                /* the recording's first instant, from which effects of time count */
-  double delay_s[TL_MAX_JOINTS]; /* of each current behind the angles, by effects */
+  double begin_s;                        /* the recording's first instant, from which effects of time count */
+  double delay_s[TL_MAX_JOINTS];         /* of each current behind the angles, by effects */
+  tl_channel temperature[TL_MAX_JOINTS]; /* that effects need; TL_CHANNEL_COUNT where they do not */
 } tl_regression;
 
 /* Layout and filter; the sensing is still to be filled. Errors of tl_layout_init and tl_lowpass_init. */
 TL_CHECK tl_status tl_regression_init(tl_regression *r, const tl_model *m, uint32_t recorded,
                                       const tl_score_settings *score, double step_s);
 /* Effects to count as known, which must outlive r: those that change time or linkage are made part of
- * r, the others add to what is known. TL_ERR_RANGE when the linkage does not close with them; r is
- * untouched then. begin_s: the recording's first instant. */
+ * r, the others add to what is known. TL_ERR_RANGE when the linkage does not close with them, TL_ERR_UNSUPPORTED
+ * when an effect needs a temperature that was not recorded; r is untouched then. begin_s: the recording's first instant. */
 TL_CHECK tl_status tl_regression_set_effects(tl_regression *r, const tl_effect *effect, int effects,
                                              double begin_s);
 /* How much of a recording on each side a block must see beyond its own part
@@ -103,10 +105,6 @@ TL_CHECK tl_status tl_regression_block(const tl_regression *r, const tl_block *b
                                        tl_regression_space *space);
 /* After either: what the model with these base parameters predicts at row i of the block for `joint`. */
 double tl_regression_predict(const tl_regression_space *space, int joint, const double *base, size_t i);
-
-/* A column of a joint's torque through one of its short stops: from the last moving row to the next
- * with the square of the time passed (docs/signal.md). Rows count as the stop's do. */
-void tl_bridge_stop(const tl_stop *stop, const double *t_s, double *column);
 
 /* Fold the scored rows into the joint's factor (of rows->columns columns), weight[k] on
  * row k. Uses the caller's scratch of (columns + 1) * n doubles. Nullable: weight (all 1). */

@@ -65,5 +65,6 @@
 #include "talus/excitation.h"
 #include "talus/gap.h"
 #include "talus/simulate.h"
+#include "talus/stepped.h"
 
 #endif

@@ -12,10 +12,12 @@ nominal, identified, extended, noise, accent.
 
 import json
 import math
+from contextlib import contextmanager
 from html import escape
 from pathlib import Path
 
 _ASSETS = Path(__file__).resolve().parents[2] / "apps" / "common" / "assets"
+BAR_REM, AXIS_REM = 2.4, 3.6  # heights of a bar with a label of two lines, and of the axis beneath
 _CHART_LIBRARY = [Path("/usr/share/javascript/chart.js") / name for name in ("chart.min.js", "Chart.min.js")]
 
 
@@ -57,13 +59,24 @@ class Page:
         )
         self._body.append(f"<figure>\n<figcaption>{escape(title)}</figcaption>\n{canvases}</figure>\n")
 
-    def bars(self, title, x_label, labels, values):
-        """Horizontal bars from zero, one a label."""
+    def bars(self, title, x_label, labels, values, roles=None):
+        """Horizontal bars from zero, one a label (a list is a label of several lines), each in its role's colour."""
         bars = {"form": "bars", "title": title, "x": x_label, "y": "", "labels": labels, "values": values, "series": []}
+        if roles:
+            bars["roles"] = roles
         self._charts.append(bars)
+        height = BAR_REM * len(labels) + AXIS_REM
         self._body.append(f"<figure>\n<figcaption>{escape(title)}</figcaption>\n"
-                          f'<div class="plot low"><canvas role="img" aria-label="{escape(title)}"></canvas></div>\n'
+                          f'<div class="plot" style="height: {height:g}rem">'
+                          f'<canvas role="img" aria-label="{escape(title)}"></canvas></div>\n'
                           "</figure>\n")  # fmt: skip
+
+    @contextmanager
+    def side_by_side(self):
+        """What is added within stands side by side where there is room."""
+        self._body.append('<div class="columns">\n')
+        yield
+        self._body.append("</div>\n")
 
     @staticmethod
     def _chart(title, x_label, y_label, series):

@@ -16,7 +16,8 @@ from .identification import Regression, channels
 def measured(model, recording):
     """What the recording shows of each joint, (joints, n): torque constant x current [Nm], torque [Nm], force
     [N], or the load sensor's torque [Nm] where there is one."""
-    layout = Regression(model, recording).struct.layout
+    regression = Regression(model, recording)  # keeps the memory that its layout lies in
+    layout = regression.struct.layout
     name = {number: column for column, number in channels().items()}
     if layout.load != lib.TL_CHANNEL_COUNT:
         return recording.columns[name[layout.load]][None, :].copy()

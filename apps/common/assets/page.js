@@ -73,12 +73,12 @@
   const bars = (chart) => {
     const x = { type: "linear", beginAtZero: true, ...axis(chart.x) };
     const y = { type: "category", ...axis("") };
-    y.grid.display = false;
+    y.grid.display = y.ticks.autoSkip = false;
     return {
       type: "bar",
       data: {
         labels: chart.labels,
-        datasets: [{ data: chart.values, maxBarThickness: 22, backgroundColor: colour("accent") }],
+        datasets: [{ data: chart.values, maxBarThickness: 22, backgroundColor: chart.roles ? chart.roles.map(colour) : colour("accent") }],
       },
       options: {
         ...options(x, y, false),
@@ -100,6 +100,7 @@
   let drawn = [];
   const draw = () => {
     drawn.forEach((chart) => chart.destroy());
+    Chart.defaults.font.size = 0.75 * parseFloat(getComputedStyle(root).fontSize);
     drawn = charts.flatMap(configurations).map((configuration, i) => new Chart(canvases[i], configuration));
   };
 

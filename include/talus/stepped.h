@@ -1,0 +1,52 @@
+/* stepped.h: laws with a memory, stepped along a recorded motion: friction that is a spring over a small travel, and a
+ * link behind a spring and a gap. Effects and their diagnosis take them from here.
+ */
+#ifndef TALUS_STEPPED_H
+#define TALUS_STEPPED_H
+
+#include <stddef.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* Dahl's friction state in [-1, 1] along a position of n rows, beginning at `first`: dz = s (1 - s z)^power |dx| / travel
+ * in the direction s of the motion, power 1 or more; each step in closed form. travel > 0, in the position's unit.
+ * (Dahl, "A solid friction model", 1968.) */
+void tl_stepped_dahl(const double *position, size_t n, double travel, double power, double first,
+                     double *state);
+
+/* A link behind a spring and a gap, driven by the motor's recorded motion. */
+typedef struct tl_stepped_link {
+  double stiffness_Nm_rad, gap_rad; /* > 0; the whole lost motion, >= 0 */
+  double friction_share;            /* of the joint's friction that stands on the link's side, 0 to 1 */
+  double inertia_kg_m2;             /* of the link, > 0 */
+  double coulomb_Nm, viscous_Nms_rad;
+  double damping_s; /* of the spring: its damping over its stiffness */
+  double first_Nm;  /* torque through the spring at the begin: a link that starts elsewhere rings for long */
+  double step_s;
+} tl_stepped_link;
+
+/* Steps of the link in one sample of step_s: enough for its own oscillation, at most 60. */
+int tl_stepped_link_steps(const tl_stepped_link *link);
+
+/* What comes out of tl_stepped_link_along, at its n instants: the link's angle less the motor's, the torque through the
+ * spring and the link's acceleration, both means over a sample. */
+typedef struct tl_stepped_motion {
+  double *angle_rad, *torque_Nm, *link_rad_s2;
+} tl_stepped_motion;
+
+/* Along the motor's angle and speed (at the joint) at n instants t_s. other_Nm is what the link needs besides its
+ * inertia and friction. Leapfrog steps; friction that would reverse the link stops it. */
+void tl_stepped_link_along(const tl_stepped_link *link, const double *t_s, const double *motor_rad,
+                           const double *motor_rad_s, const double *other_Nm, size_t n,
+                           tl_stepped_motion *out);
+
+/* A filter of second order from rest along n instants: a[0] y[k] = sum of b[i] x[k-i] less a[1] y[k-1] and a[2] y[k-2].
+ * a[0] != 0; y may be x. */
+void tl_stepped_second_order(const double b[3], const double a[3], const double *x, size_t n, double *y);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

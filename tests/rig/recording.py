@@ -1,0 +1,95 @@
+"""Starts talus-acquire, and reads what it wrote with nothing of its own: text, JSON, struct.
+
+    with Recording(tmp_path / "r", "can0", "can1") as recording:
+        ...
+    recording.finish()
+    frames, events = read_log(recording.log), recording.events("drop")
+"""
+
+import json
+import re
+import signal
+import subprocess
+import time
+from array import array
+from collections import defaultdict
+from pathlib import Path
+
+from support import BUILD, program
+
+SOURCE = BUILD / "tests" / "can_source"
+LINE = re.compile(r"\((\d{10}\.\d{6})\) (\S+) ([0-9A-F]+)#(.*)\n")
+
+
+def lines_of(path):
+    """(seconds as text, interface, id, payload) of each line of a log; each must be whole."""
+    with open(path, encoding="ascii") as file:
+        for line in file:
+            match = LINE.fullmatch(line)
+            assert match, line
+            yield match.groups()
+
+
+def read_lines(path):
+    return list(lines_of(path))
+
+
+def counters(path):
+    """{interface: (microseconds, counters)} of a log of can_source's frames; arrays, for there are many."""
+    found = defaultdict(lambda: (array("q"), array("q")))
+    for seconds, interface, _, payload in lines_of(path):
+        stamps, numbers = found[interface]
+        stamps.append(int(seconds.replace(".", "")))
+        numbers.append(int.from_bytes(bytes.fromhex(payload[:8]), "little"))
+    return found
+
+
+class Recording:
+    """A talus-acquire that runs; `arguments` are sources and options."""
+
+    def __init__(self, out, *arguments, pass_fds=(), path=None):
+        self.log, self.side = Path(f"{out}.log"), Path(f"{out}.jsonl")
+        command = [str(path or program("talus-acquire")), "--out", str(out), *map(str, arguments)]
+        self.process = subprocess.Popen(command, stdin=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True, pass_fds=pass_fds)
+        deadline = time.monotonic() + 20
+        while not (self.side.exists() and self.side.stat().st_size) and self.process.poll() is None:
+            assert time.monotonic() < deadline, "the recording does not begin"
+            time.sleep(0.01)
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self.kill()
+
+    def kill(self):
+        """SIGKILL, if it is still there."""
+        self.process.kill()
+        self.process.wait()
+
+    def stop(self, status=0):
+        """Ctrl-C, and the exit status that is expected (None: any); returns what was printed."""
+        self.process.send_signal(signal.SIGINT)
+        return self.wait(status)
+
+    def wait(self, status=0, timeout=120):
+        _, printed = self.process.communicate(timeout=timeout)
+        assert status is None or self.process.returncode == status, printed
+        return printed
+
+    def events(self, kind=None):
+        found = [json.loads(line) for line in self.side.read_text().splitlines()]
+        return [event for event in found if kind in (None, event["type"])]
+
+    def end(self):
+        (event,) = self.events("end")
+        return event
+
+    def at_end(self, source):
+        return next(one for one in self.end()["sources"] if one["name"] == source)
+
+
+def send(*arguments, timeout=300):
+    """can_source with these arguments; {interface: frames sent}."""
+    done = subprocess.run([SOURCE, *map(str, arguments)], check=True, capture_output=True, text=True, timeout=timeout)
+    return {name: int(sent) for name, sent, _ in map(str.split, done.stdout.splitlines())}

@@ -1,0 +1,105 @@
+"""lib/stepped.c: laws with a memory, against closed forms and SciPy's integrator."""
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+from scipy.signal import lfilter
+from talus import ffi, lib, pointer
+
+
+def dahl(position, travel, power, first=0.0):
+    state = np.empty(len(position))
+    lib.tl_stepped_dahl(pointer(position), len(position), travel, power, first, pointer(state))
+    return state
+
+
+@pytest.mark.parametrize("power", [1.0, 1.4, 2.0])
+def test_dahls_state_is_the_solution_of_its_differential_equation(power):
+    t = np.linspace(0, 3, 4001)
+    position = 0.01 * np.sin(2 * np.pi * t) + 0.004 * np.sin(5.3 * t)
+    speed = lambda s: 0.02 * np.pi * np.cos(2 * np.pi * s) + 0.004 * 5.3 * np.cos(5.3 * s)
+    rate = lambda s, z: (1 - min(np.sign(speed(s)) * z, 1.0)) ** power * speed(s) / 0.003
+    want = solve_ivp(rate, (0, 3), [0.0], t_eval=t, rtol=1e-9, atol=1e-11, max_step=1e-3).y[0]
+    # a sample that straddles a reversal moves less than its path: 0.002 of the travel, once a reversal
+    assert np.abs(dahl(position, 0.003, power) - want).max() < 5e-3
+
+
+def test_dahls_state_settles_at_one_over_a_long_travel():
+    assert dahl(np.linspace(0, 1, 100), 0.01, 1.0)[-1] == pytest.approx(1.0, abs=1e-12)
+
+
+def link_along(shape, motor_rad, motor_rad_s, other_Nm, t=None):
+    shape = {"damping_s": 0.2 * np.sqrt(shape["inertia_kg_m2"] / shape["stiffness_Nm_rad"]), **shape}
+    link = ffi.new("tl_stepped_link *", {"friction_share": 0.0, "coulomb_Nm": 0.0, "viscous_Nms_rad": 0.0, "gap_rad": 0.0, **shape})
+    t = shape["step_s"] * np.arange(len(motor_rad)) if t is None else t
+    out = np.empty((3, len(t)))
+    motion = ffi.new("tl_stepped_motion *", [pointer(x) for x in out])
+    lib.tl_stepped_link_along(link, *map(pointer, (t, motor_rad, motor_rad_s, other_Nm)), len(t), motion)
+    angle, torque, _ = out
+    return angle, torque
+
+
+def test_a_link_behind_a_spring_is_a_driven_oscillator():
+    step_s, k, inertia = 0.001, 300.0, 0.05
+    t = np.arange(0, 2, step_s)
+    motor, load = np.sin(4 * t), 0.8 * np.sin(9 * t)
+    damping = 0.2 * np.sqrt(k * inertia)
+    rate = lambda s, x: [x[1] - np.sin(4 * s), (-k * x[0] - damping * (x[1] - np.sin(4 * s)) - 0.8 * np.sin(9 * s)) / inertia]
+    want = solve_ivp(rate, (0, 2), [0.0, 0.0], t_eval=t, rtol=1e-9, atol=1e-12).y[0]
+    got, _ = link_along({"stiffness_Nm_rad": k, "inertia_kg_m2": inertia, "step_s": step_s}, -np.cos(4 * t) / 4, motor, load)
+    assert np.abs(got - want).max() < 0.02 * np.abs(want).max()  # first order in the step
+    uneven = t + 0.3 * step_s * np.random.default_rng(3).uniform(-1, 1, len(t))
+    shape = {"stiffness_Nm_rad": k, "inertia_kg_m2": inertia, "step_s": step_s}
+    got, _ = link_along(shape, -np.cos(4 * uneven) / 4, np.sin(4 * uneven), 0.8 * np.sin(9 * uneven), uneven)
+    assert np.abs(got - np.interp(uneven, t, want)).max() < 0.02 * np.abs(want).max()
+
+
+def test_a_constant_load_twists_by_load_over_stiffness_and_takes_up_the_gap():
+    n = 4000
+    shape = {"stiffness_Nm_rad": 500.0, "gap_rad": 0.006, "inertia_kg_m2": 0.02, "step_s": 0.002}
+    angle, torque = link_along(shape, np.zeros(n), np.zeros(n), np.full(n, 1.5))
+    assert angle[-1] == pytest.approx(-(0.003 + 1.5 / 500), rel=1e-6)
+    assert torque[-1] == pytest.approx(1.5, rel=1e-6)
+
+
+def test_friction_at_the_link_holds_a_load_below_it():
+    n = 500
+    shape = {"stiffness_Nm_rad": 500.0, "inertia_kg_m2": 0.02, "friction_share": 1.0, "coulomb_Nm": 2.0, "step_s": 0.002}
+    angle, torque = link_along(shape, np.zeros(n), np.zeros(n), np.full(n, 1.5))
+    assert not angle.any() and not torque.any()
+
+
+@pytest.mark.parametrize("stiffness", [1.0, 1e3, 1e9])
+def test_steps_are_enough_for_the_oscillation_and_bounded(stiffness):
+    link = ffi.new("tl_stepped_link *", {"stiffness_Nm_rad": stiffness, "inertia_kg_m2": 0.01, "step_s": 0.004})
+    steps, turn = lib.tl_stepped_link_steps(link), 0.004 * np.sqrt(stiffness / 0.01)
+    assert 4 <= steps <= 60 and (steps == 60 or turn / steps <= 0.4)
+
+
+def test_a_link_that_begins_under_its_load_does_not_ring():
+    n, load = 500, 1.5
+    shape = {"stiffness_Nm_rad": 500.0, "gap_rad": 0.006, "inertia_kg_m2": 0.02, "first_Nm": load, "step_s": 0.002}
+    angle, torque = link_along(shape, np.zeros(n), np.zeros(n), np.full(n, load))
+    assert angle == pytest.approx(-(0.003 + load / 500), rel=1e-9) and torque == pytest.approx(load, rel=1e-9)
+
+
+def test_the_motors_angle_counts_where_its_speed_does_not_tell():
+    """A step of the motor's angle between samples of no speed moves the link as the step does."""
+    n, step_s, k, inertia = 4000, 0.001, 300.0, 0.05
+    motor = np.where(np.arange(n) < 1000, 0.0, 0.002)
+    shape = {"stiffness_Nm_rad": k, "inertia_kg_m2": inertia, "step_s": step_s}
+    angle, _ = link_along(shape, motor, np.zeros(n), np.zeros(n))
+    w, decay = np.sqrt(k / inertia), 0.1 * np.sqrt(k / inertia)
+    after = (np.arange(n) - 999.5)[1000:] * step_s  # the motor passes over between two samples
+    swing = np.sqrt(w**2 - decay**2)
+    # the damper's jolt gives the link a speed of 2 decay times the step
+    want = -0.002 * np.exp(-decay * after) * (np.cos(swing * after) - decay / swing * np.sin(swing * after))
+    assert np.abs(angle[1000:] - want).max() < 0.03 * 0.002
+
+
+def test_a_filter_of_second_order_is_scipys():
+    random = np.random.default_rng(1)
+    b, a, x = random.standard_normal(3), np.array([2.0, -3.2, 1.5]), random.standard_normal(500)
+    out = np.empty(500)
+    lib.tl_stepped_second_order(pointer(b), pointer(a), pointer(x), 500, pointer(out))
+    assert np.abs(out - lfilter(b, a, x)).max() < 1e-12 * np.abs(out).max()

@@ -1,0 +1,279 @@
+"""talus-acquire-export: the command line, and the way from a record to a recording."""
+
+import getopt
+import io
+import json
+import math
+import os
+import sys
+
+import numpy as np
+import talus
+from talus import constants
+
+from . import outputs, record, report, side, streams, table
+from .bench_model import BenchModel
+from .layout import Database
+from .refused import Refused
+
+NAME = "talus-acquire-export"
+USAGE = """\
+usage: talus-acquire-export --dbc D.dbc --model M.yaml --out REC.csv [OPTION...] RECORD.log
+
+turns a record of the bus into a recording, and says which frames were lost, repeated, out of order or late
+
+  -d, --dbc D.dbc                  what the frames hold
+  -m, --model M.yaml               plant, transmissions, and how the drives count (bus:)
+  -o, --out REC.csv[.gz]           the recording to write
+      --report R.json              every fault with its place, for machines
+      --rate HZ                    an even grid of so many samples a second (the bench's own ticks)
+      --interface NAME             only the frames of this interface
+      --channel COLUMN=MSG.SIGNAL  a column's signal, where the DBC does not say it (repeatable)
+      --side RECORD.jsonl          clocks and drops (beside the record, where it is)
+  -q, --quiet                      say nothing but what was lost
+  -h, --help                       print this text
+      --version                    print the version
+
+Exit status 1: something was lost; the recording is written all the same.
+"""
+LONG = ["dbc=", "model=", "out=", "report=", "rate=", "interface=", "channel=", "side=", "quiet", "help", "version"]
+SHORT = {"-d": "--dbc", "-m": "--model", "-o": "--out", "-q": "--quiet", "-h": "--help"}
+SCHEMA = "talus-export/1"
+LEAST_ROWS = 100  # of a recording
+
+
+# ---- the command line ----------------------------------------------------------------
+
+
+class Options:
+    def __init__(self, arguments):
+        try:
+            pairs, self.records = getopt.gnu_getopt(arguments, "d:m:o:qh", LONG)
+        except getopt.GetoptError as error:
+            raise Refused(2, f"{error.msg}; {NAME} --help says what there is") from error
+        self.given, self.mapping = {}, {}
+        for name, value in pairs:
+            name = SHORT.get(name, name).removeprefix("--")
+            if name == "channel":
+                self.add_channel(value)
+            self.given[name] = value
+
+    def add_channel(self, text):
+        column, equals, signal = text.partition("=")
+        message, dot, name = signal.partition(".")
+        if not (column and equals and message and dot and name):
+            raise Refused(2, f"--channel: expected COLUMN=MESSAGE.SIGNAL, found '{text[:60]}'")
+        if column.rsplit("_", 1)[-1] not in table.UNITS:
+            raise Refused(2, f"--channel: '{column[:40]}' is no column of a recording")
+        self.mapping[column] = (message, name)
+
+    def check(self):
+        for name in ("dbc", "model", "out"):
+            if not self.given.get(name):
+                raise Refused(2, f"--{name} is missing; {NAME} --help says what there is")
+        if len(self.records) != 1:
+            raise Refused(2, f"expected one record, found {len(self.records)}; {NAME} --help says what there is")
+        self.record = self.records[0]
+        self.side = self.given.get("side", side.beside(self.record))
+        if "side" in self.given and not os.path.exists(self.side):
+            raise Refused(2, f"--side: there is no {self.side}")
+        self.rate = self.number("rate") if "rate" in self.given else None
+        files = [self.given[name] for name in ("out", "report") if name in self.given]
+        inputs = {os.path.realpath(path) for path in (self.record, self.given["dbc"], self.given["model"], self.side)}
+        if len({os.path.realpath(path) for path in files}) < len(files):
+            raise Refused(2, "--out and --report are one file")
+        for path in files:
+            if os.path.realpath(path) in inputs:
+                raise Refused(2, f"{path}: is an input and an output")
+
+    def number(self, name):
+        try:
+            value = float(self.given[name])
+        except ValueError:
+            value = math.nan
+        if not 0.01 <= value <= 1e6:
+            raise Refused(2, f"--{name}: expected a number from 0.01 to 1e6, found '{self.given[name]}'")
+        return value
+
+
+# ---- what was found --------------------------------------------------------------------
+
+
+class Findings:
+    """Words for people and entries for the report, collected on the way."""
+
+    def __init__(self):
+        self.lost, self.notes, self.faults, self.messages = [], [], [], []
+
+    def take_stream(self, stream, delay_s, zero_ns):
+        faults = report.fault_entries(stream, zero_ns)
+        self.faults += faults
+        self.messages.append(report.stream_entry(stream, faults, delay_s))
+        for line in report.words_of(stream, [f for f in faults if f["kind"] in report.LOST]):
+            self.lost.append(line)
+        self.notes += report.words_of(stream, [f for f in faults if f["kind"] not in report.LOST])
+
+    def take_record(self, rec, unknown):
+        if rec.cut:
+            self.notes.append(f"line {rec.cut} is cut off and was left out; the record ends there")
+        for line, frames in rec.dropped:
+            self.lost.append(f"line {line}: candump dropped {frames} frames")
+        if rec.errors:
+            self.notes.append(f"{rec.errors} error frames")
+        if rec.remote:
+            self.notes.append(f"{rec.remote} remote frames, which hold nothing")
+        if unknown:
+            shown = ", ".join(f"{report.identifier_text(i)} on {source} ({frames} frames, the first in line {line})"
+                              for i, source, frames, line in unknown[:5])  # fmt: skip
+            more = f" and {len(unknown) - 5} more" if len(unknown) > 5 else ""
+            self.notes.append(f"not in the DBC: {shown}{more}")
+
+    def take_side(self, beside, interface):
+        if beside is None:
+            return
+        for drop in beside.drops:
+            if interface in (None, drop.get("source")):
+                self.lost.append(f"{drop.get('source')}: {drop.get('lost')} frames lost at the {drop.get('where')}, "
+                                 f"behind its frame {drop.get('after')}")  # fmt: skip
+        if beside.edges_lost:
+            self.lost.append(f"{beside.edges_lost} edges of GPIO lines lost")
+        for state in beside.states:
+            if state.get("state") in ("off", "down", "gone"):
+                self.notes.append(f"{state.get('source')}: {state.get('type').replace('_', ' ')} {state['state']} "
+                                  f"behind its frame {state.get('after')}")  # fmt: skip
+        if beside.end is None:
+            self.notes.append(f"{beside.path} has no end: the recorder was killed")
+
+
+def say(text):
+    print(f"{NAME}: {text}", file=sys.stderr)
+
+
+# ---- the way ----------------------------------------------------------------------------
+
+
+def column_names(model, columns, absent, findings):
+    """(names to write in order, required ones); Refused when a required one is not there."""
+    known, required = model.columns()
+    known.remove("time_s")
+    required.remove("time_s")
+    for name in required:
+        if name in absent:
+            message = absent[name]
+            raise Refused(2, f"the record has no whole frame {message.name} ({report.identifier_text(message.key)}), "
+                             f"which holds {name}")  # fmt: skip
+        if name not in columns:
+            raise Refused(2, f"nothing says which signal is {name}: attribute Channel of the DBC, or --channel")
+    for name, message in absent.items():
+        if name in known:
+            findings.notes.append(f"no {name}: the record has no frame {message.name}")
+    names = [name for name in known if name in columns]
+    if not names:
+        raise Refused(2, f"no signal is a column of a {model.plant}'s recording")
+    return names, required or names
+
+
+def check_base(names, required):
+    """The motor encoder's frames give the time base where there is one."""
+    motor = [name for name in required if name.endswith("_motor_rad")]
+    return motor + [name for name in required if name not in motor]
+
+
+def decimals(step):
+    return min(max(math.ceil(2 - math.log10(step)), 0), 12) if step > 0 else 9
+
+
+def recording_text(time_ns, values, columns):
+    matrix = np.column_stack([time_ns / 1e9, *values.values()])
+    formats = ["%.7f", *(f"%.{decimals(columns[name].step)}f" for name in values)]
+    out = io.StringIO()
+    out.write(",".join(["time_s", *values]) + "\n")
+    np.savetxt(out, matrix, fmt=",".join(formats))
+    return out.getvalue()
+
+
+def delays_of(found, groups):
+    return {id(stream): stream.find_late(group) for group in groups for stream in group.streams}
+
+
+def export(options, findings):
+    database, model = Database.read(options.given["dbc"]), BenchModel(options.given["model"])
+    rec, beside = record.read(options.record), side.read(options.side)
+    found, unknown = streams.streams_of(rec, database, beside, options.given.get("interface"))
+    findings.take_record(rec, unknown)
+    findings.take_side(beside, options.given.get("interface"))
+    if not found:
+        raise Refused(2, f"{options.record}: none of its frames is in {options.given['dbc']}")
+    streams.find_silence(found)
+    groups = streams.tick_groups(found)
+    delay = delays_of(found, groups)
+    columns, absent = table.find_columns(found, database, options.mapping, options.given["dbc"])
+    names, required = column_names(model, columns, absent, findings)
+    origin_ns = min(int(stream.stamp_ns.min()) for stream in found if len(stream.rows))
+    zeros = table.fill(columns, groups, model, origin_ns)
+    time_ns, values, left_out = table.assemble(columns, names, check_base(names, required))
+    for joint, zero in zeros.items():
+        if zero is None:
+            findings.notes.append(f"{joint}: no absolute encoder; {joint}_motor_rad is 0 at the first sample")
+    if options.rate and len(time_ns) > 1:
+        time_ns, values = table.even(time_ns, values, options.rate)
+    if len(time_ns) < LEAST_ROWS:
+        raise Refused(2, f"{options.record}: gives {len(time_ns)} samples, fewer than {LEAST_ROWS}")
+    zero_ns = origin_ns + round(float(time_ns[0]))
+    for stream in found:
+        findings.take_stream(stream, delay.get(id(stream)), zero_ns)
+    converted = all(stream.converted for stream in found)
+    clock = "CLOCK_MONOTONIC" if converted else "the stamps' clock"
+    marks = [{**mark, "time_s": (mark["mono_ns"] - zero_ns) / 1e9} for mark in beside.marks] if beside and converted else []
+    text = recording_text(time_ns - time_ns[0], values, columns)
+    summary = {"rows": len(time_ns), "left_out": left_out, "duration_s": float(time_ns[-1] - time_ns[0]) / 1e9,
+               "columns": list(values), "zero_ns": zero_ns, "clock": clock, "marks": marks, "encoders": zeros,
+               "unknown": [{"identifier": report.identifier_text(i), "source": s, "frames": n, "line": line}
+                           for i, s, n, line in unknown],
+               "cut_line": rec.cut, "error_frames": rec.errors, "remote_frames": rec.remote,
+               "dropped": {"recorder": beside.lost if beside else 0, "candump": sum(n for _, n in rec.dropped)}}  # fmt: skip
+    return text, summary
+
+
+def write_report(options, findings, summary):
+    if "report" not in options.given:
+        return
+    content = {"schema": SCHEMA, "record": str(options.record), "complete": not findings.lost, **summary,
+               "messages": findings.messages, "faults": findings.faults}  # fmt: skip
+    outputs.write_text(options.given["report"], json.dumps(content, indent=1, ensure_ascii=False) + "\n")
+
+
+def tell(options, findings, summary):
+    for line in findings.lost:
+        say(line)
+    if "quiet" in options.given:
+        return
+    for line in findings.notes:
+        say(f"note: {line}")
+    left_out = f"; {summary['left_out']} samples left out, where a frame was missing" if summary["left_out"] else ""
+    say(f"{options.given['out']}: {summary['rows']} samples in {summary['duration_s']:.3f} s{left_out}")
+
+
+def main(arguments):
+    try:
+        options = Options(arguments)
+        if "help" in options.given:
+            print(USAGE, end="")
+            return 0
+        if "version" in options.given:
+            version = (constants.TL_VERSION_MAJOR, constants.TL_VERSION_MINOR, constants.TL_VERSION_PATCH)
+            print(NAME, ".".join(map(str, version)))
+            return 0
+        options.check()
+        findings = Findings()
+        text, summary = export(options, findings)
+        outputs.write_text(options.given["out"], text)
+        write_report(options, findings, summary)
+        tell(options, findings, summary)
+        return 1 if findings.lost else 0
+    except Refused as refused:
+        say(refused.text)
+        return refused.status
+    except talus.TalusError as error:
+        say(str(error))
+        return 1

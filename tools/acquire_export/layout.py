@@ -1,0 +1,112 @@
+"""What a DBC says, for whole columns of frames at once: cantools reads the file, NumPy decodes.
+
+    database = Database.read("leg.dbc")
+    for message in database.messages.values():
+        message.decode("Current", data)   # as cantools' own decode, for every row of data (n, bytes)
+
+Attributes of the DBC that count here: `Channel` of a signal names its column of the recording, `SampleTick` of a
+message says that its counter numbers the ticks of an even clock at which its payload was measured, and
+`GenMsgCycleTime` is the time between two frames in milliseconds.
+"""
+
+import cantools
+import numpy as np
+
+from .record import EXTENDED
+from .refused import Refused
+
+COUNTER = "Counter"
+
+
+class Field:
+    """One signal: which bits of which bytes, and what they are worth."""
+
+    def __init__(self, signal):
+        self.name, self.bits, self.signed = signal.name, signal.length, signal.is_signed
+        self.float = signal.conversion.is_float
+        self.scale, self.offset = signal.conversion.scale, signal.conversion.offset
+        self.unit = signal.unit or ""
+        self.channel = attribute(signal, "Channel", "")
+        self.multiplexed = signal.multiplexer_ids is not None
+        self.pieces = list(little_endian(signal) if signal.byte_order == "little_endian" else big_endian(signal))
+        self.bytes = 1 + max(piece[0] for piece in self.pieces)  # that a frame must have for it
+
+    def raw(self, data):
+        """The whole numbers that lie in the frames; bits of a floating-point number as such."""
+        value = np.zeros(len(data), np.uint64)
+        for byte, low, bits, place in self.pieces:
+            piece = data[:, byte].astype(np.uint64) >> np.uint64(low) & np.uint64((1 << bits) - 1)
+            value |= piece << np.uint64(place)
+        if not self.signed or self.float:
+            return value
+        shift = np.uint64(64 - self.bits)
+        return (value << shift).view(np.int64) >> np.int64(shift)
+
+    def physical(self, data):
+        raw = self.raw(data)
+        if self.float:
+            raw = raw.astype(f"u{self.bits // 8}").view(f"f{self.bits // 8}").astype(float)
+        return raw * self.scale + self.offset if self.scale != 1 or self.offset != 0 else raw.astype(float)
+
+
+def little_endian(signal):
+    """(byte, its lowest bit, bits, their place in the value)."""
+    bit, place = signal.start, 0
+    while place < signal.length:
+        bits = min(8 - bit % 8, signal.length - place)
+        yield bit // 8, bit % 8, bits, place
+        bit, place = bit + bits, place + bits
+
+
+def big_endian(signal):
+    """The same for Motorola's order, where `start` is the highest bit and bytes follow downwards."""
+    byte, high, left = signal.start // 8, signal.start % 8, signal.length
+    while left:
+        bits = min(high + 1, left)
+        left -= bits
+        yield byte, high + 1 - bits, bits, left
+        byte, high = byte + 1, 7
+
+
+def attribute(item, name, default):
+    found = item.dbc.attributes.get(name) if item.dbc and item.dbc.attributes else None
+    return found.value if found else default
+
+
+class Message:
+    def __init__(self, message):
+        self.name, self.length = message.name, message.length
+        self.key = message.frame_id | (EXTENDED if message.is_extended_frame else 0)
+        self.sender = (message.senders or [""])[0]
+        self.cycle_s = (message.cycle_time or 0) / 1000
+        self.sample_tick = bool(attribute(message, "SampleTick", 0))
+        self.fields = {signal.name: Field(signal) for signal in message.signals}
+        counter = self.fields.get(COUNTER)
+        self.counter = counter if counter and not (counter.float or counter.multiplexed) else None
+        if self.sample_tick and not (self.counter and self.cycle_s):
+            raise Refused(2, f"{self.name}: SampleTick needs a signal {COUNTER} and GenMsgCycleTime")
+
+    def decode(self, name, data):
+        return self.fields[name].physical(data)
+
+
+class Database:
+    def __init__(self, messages):
+        self.messages = {message.key: message for message in messages}
+
+    @classmethod
+    def read(cls, path):
+        """Refused with status 2 when it does not parse or is not there."""
+        try:
+            database = cantools.database.load_file(str(path), database_format="dbc")
+            return cls([Message(message) for message in database.messages])
+        except Refused as error:
+            raise Refused(2, f"{path}: {error.text}") from error
+        except OSError as error:
+            raise Refused(2, f"{path}: cannot be read: {error.strerror}") from error
+        except Exception as error:  # cantools has no one class for what it does not like
+            words = " ".join(str(error).split())
+            raise Refused(2, f"{path}: does not parse as a DBC: {words[:200]}") from error
+
+    def by_name(self, name):
+        return next((message for message in self.messages.values() if message.name == name), None)

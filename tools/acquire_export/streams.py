@@ -1,0 +1,160 @@
+"""The frames of a record, message by message: their order, their instants, their values."""
+
+import numpy as np
+
+from .clock import tick_times
+from .refused import Refused
+from .sequence import Fault, follow
+from .side import monotonic
+
+OVERTAKEN = 256  # frames before one that came too late among which those are looked for that overtook it
+PERIODS_SILENT = 3  # a message is silent when the others of its sender go on for longer
+
+
+class Stream:
+    """All frames of one message on one interface."""
+
+    def __init__(self, message, source, record, rows, side):
+        self.message, self.source = message, source
+        self.short = record.length[rows] < message.length
+        readable = record.length[rows] >= (message.counter.bytes if message.counter else message.length)
+        self.unread = rows[~readable]  # too short even for the counter
+        self.rows, self.short = rows[readable], self.short[readable]
+        self.line = record.line[self.rows]
+        self.short_lines = record.line[rows[record.length[rows] < message.length]]
+        self.stamp_ns, self.converted = monotonic(side, source, record.time_ns[self.rows])
+        self.record, self.sequence = record, None
+        self.order = np.arange(len(self.rows))
+        self.number = self.order
+        self.faults = []
+        if len(self.rows) and message.counter:
+            self.follow()
+
+    def follow(self):
+        data, counter = self.record.data[self.rows], self.message.counter
+        length = self.record.length[self.rows]
+
+        def same(a, b):
+            return length[a] == length[b] and bool((data[a] == data[b]).all())
+
+        self.sequence = follow(counter.raw(data), counter.bits, self.stamp_ns, self.message.cycle_s, same)
+        self.faults = list(self.sequence.faults)
+        self.number, self.order = self.sequence.number, self.sequence.kept
+        anew = [fault.index for fault in self.faults if fault.kind == "restarted"]
+        if anew:  # nothing says how the new life's ticks lie to the old one's
+            self.order = self.order[self.order < anew[0]]
+
+    def in_order(self):
+        """Of the frames in use, those that neither came too late for their number nor overtook such a one: their
+        stamps can be trusted to lie behind their ticks."""
+        trusted = np.ones(len(self.rows), bool)
+        for fault in self.faults:
+            if fault.kind == "swapped":
+                near = np.arange(max(fault.index - OVERTAKEN, 0), fault.index + 1)
+                trusted[near[self.number[near] >= self.number[fault.index]]] = False
+        return self.order[trusted[self.order]]
+
+    @property
+    def name(self):
+        return f"{self.message.name} on {self.source}"
+
+    def typical_period(self):
+        """Seconds from frame to frame: what the DBC says, or more where the sender is slower."""
+        steps = np.diff(self.stamp_ns)
+        return max(self.message.cycle_s, float(np.median(steps)) / 1e9 if len(steps) else 0.0)
+
+    def time_beyond(self, stamp_ns, side):
+        """How long at least, by the number of its frames, this message was sent before (-1) or after (1) an instant."""
+        frames = int(np.sum(side * (self.stamp_ns - stamp_ns) > 0))
+        return max(frames - 1, 0) * self.typical_period()
+
+    def usable(self):
+        """Indices of the frames that have all their bytes, in the order of their numbers."""
+        return self.order[~self.short[self.order]]
+
+    def values(self, name, index):
+        return self.message.decode(name, self.record.data[self.rows[index]])
+
+    def counts(self, name, index):
+        return self.message.fields[name].raw(self.record.data[self.rows[index]]).astype(np.int64)
+
+    def find_late(self, group):
+        """Adds a fault for each frame that came more than a period after its tick; answers all delays [s]."""
+        delay = (self.stamp_ns[self.order] - group.zero_ns - group.time_of(self.number[self.order])) / 1e9
+        late = self.order[delay > self.message.cycle_s]
+        self.faults += [Fault("late", int(i), int(self.number[i])) for i in late]
+        return delay
+
+
+def streams_of(record, database, side, interface=None):
+    """({(message, source): Stream}, [unknown (identifier, source, frames, first line)])."""
+    if interface is not None and interface not in record.sources:
+        raise Refused(2, f"--interface: {interface} is not in {record.path}, only {', '.join(record.sources)}")
+    known, unknown = [], []
+    for number, source in enumerate(record.sources):
+        if interface is not None and source != interface:
+            continue
+        of_source = np.flatnonzero(record.source == number)
+        identifiers = record.identifier[of_source]
+        order = np.argsort(identifiers, kind="stable")
+        kinds, first = np.unique(identifiers[order], return_index=True)
+        for identifier, rows in zip(kinds.tolist(), np.split(of_source[order], first[1:]), strict=True):
+            message = database.messages.get(identifier)
+            if message:
+                known.append(Stream(message, source, record, rows, side))
+            else:
+                unknown.append((identifier, source, len(rows), int(record.line[rows[0]])))
+    return known, unknown
+
+
+def find_silence(streams):
+    """Faults where a message begins later or ends sooner than the others of its sender. How much later is counted in
+    the others' frames: a record may stall, and a sender too, but frames that were sent in turn stay in turn."""
+    for stream in streams:
+        if not (stream.message.counter and stream.message.cycle_s and len(stream.rows)):
+            continue
+        peers = [peer for peer in streams if peer is not stream and peer.source == stream.source and len(peer.rows)
+                 and peer.message.sender and peer.message.sender == stream.message.sender and peer.message.cycle_s]  # fmt: skip
+        period_s = stream.typical_period()
+        for index, side in ((0, -1), (len(stream.rows) - 1, 1)):
+            silent_s = max((peer.time_beyond(stream.stamp_ns[index], side) for peer in peers), default=0.0)
+            if silent_s > (PERIODS_SILENT + 0.5) * period_s:
+                stream.faults.append(Fault("silent", index, int(stream.number[index]), int(silent_s / period_s)))
+
+
+class TickGroup:
+    """Messages of one sender whose counters number the same ticks."""
+
+    def __init__(self, streams):
+        self.streams, self.period_s = streams, streams[0].message.cycle_s
+        first = streams[0]
+        for stream in streams[1:]:
+            turn = 1 << stream.message.counter.bits
+            time = (stream.stamp_ns[0] - first.stamp_ns[0]) / 1e9 / self.period_s
+            apart = time - (stream.number[0] - first.number[0])
+            stream.number = stream.number + turn * round(apart / turn)
+        order = [s.in_order() for s in streams]
+        number = np.concatenate([s.number[index] for s, index in zip(streams, order, strict=True)])
+        stamp = np.concatenate([s.stamp_ns[index] for s, index in zip(streams, order, strict=True)])
+        order = np.lexsort((stamp, number))
+        number, stamp = number[order], stamp[order]
+        earliest = np.append(True, np.diff(number) > 0)
+        self.tick = number[earliest]
+        self.time_ns, self.zero_ns = tick_times(self.tick, stamp[earliest], self.period_s)
+
+    def time_of(self, number):
+        """Instants of any ticks, from those whose frames came in order."""
+        inside = np.interp(number, self.tick, self.time_ns)
+        beyond = np.minimum(number - self.tick[0], 0) + np.maximum(number - self.tick[-1], 0)
+        return inside + beyond * self.period_s * 1e9
+
+
+def tick_groups(streams):
+    """The groups of those streams that have ticks, the others each with instants of its own where it is cyclic."""
+    groups = {}
+    for stream in streams:
+        if len(stream.order) and stream.message.counter and stream.message.cycle_s:
+            shared = stream.message.sender if stream.message.sample_tick else stream.message.name
+            key = (stream.source, stream.message.sample_tick, shared, stream.message.cycle_s)
+            groups.setdefault(key, []).append(stream)
+    return [TickGroup(members) for members in groups.values()]

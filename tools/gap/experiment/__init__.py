@@ -1,0 +1,15 @@
+"""What to record next.
+
+    path.py     smooth paths within what the recordings show
+    menu.py     the menu: trajectories, and what needs more than one
+    planned.py  a trajectory as a recording without readings
+    gain.py     the evidence that it would bring between two explanations
+    choice.py   the choice
+    words.py    the report's words and the trajectory's file
+    poor.py     recordings that cannot carry a diagnosis
+"""
+
+from .choice import propose
+from .poor import too_poor
+
+__all__ = ["propose", "too_poor"]

@@ -1,0 +1,211 @@
+"""Which experiment next: from the menu the one that tells apart what is still confusable, soonest."""
+
+import math
+
+import numpy as np
+
+from .. import verdict as judging
+from .gain import Contest, Explanation
+from .menu import PAYLOAD, TRAJECTORIES, beyond, by_effect
+from .path import Limits, after, held
+from .planned import PAYLOAD_KG, Planned
+from .words import figure, listed, margins, to_text, told
+
+SHAPES = 3  # that an explanation may take
+MOST_REPEATS = 4
+LONGEST_S = 120.0
+SLOWER = 0.8  # factor on speed where a trajectory would need more torque than was recorded
+REST_S = 10.0
+MARGIN = 1.5  # factor on the chi-square that is needed: a prediction that is just met may miss
+UNKNOWN = ("slow_ramps", "fast_multisine")  # where no cause is known
+
+
+class Option:
+    """One entry of the menu as planned; `gains` are (others, 2) as Contest.gains."""
+
+    def __init__(self, name, q, planned, limits, contest):
+        self.name, self.q, self.length_s, self.contest = name, q, planned.length_s, contest
+        self.torque = planned.torque() / limits.torque
+        self.gains, self.growth = contest.gains(planned)
+        self.most = max(1, min(MOST_REPEATS, int(LONGEST_S / self.length_s)))
+
+    def worst(self, k):
+        """Gain for one pair, the smaller of both truths. A form with more strengths can often imitate a simpler one:
+        evidence between them comes only where the richer one is true."""
+        named, other = self.contest.sizes[k]
+        return float(min(self.gains[k]) if named == other else self.gains[k][int(other > named)])
+
+    def needed(self, repeats):
+        """Chi-square at which the verdict's odds leave what is confusable: its temper grows with the plain model's excess,
+        and so with the experiment itself."""
+        temper = self.contest.temper + judging.TEMPER_OF_EXCESS * repeats * self.growth
+        return -2 * MARGIN * temper * math.log(judging.CONFUSABLE_ABOVE)
+
+    def share(self, k, repeats):
+        """Of the chi-square that is needed for one pair."""
+        return repeats * self.worst(k) / self.needed(repeats)
+
+    def reached(self, repeats):
+        """The pairs that it parts."""
+        return [k for k in range(len(self.gains)) if self.share(k, repeats) >= 1.0]
+
+    def repeats(self):
+        """How often it must run for all that it can reach."""
+        return min(range(1, self.most + 1), key=lambda n: (-len(self.reached(n)), n if self.reached(self.most) else -n))
+
+    def rank(self):
+        """Smaller is better: what it can reach, then its length, then what it brings."""
+        pairs, repeats = range(len(self.gains)), self.repeats()
+        reached = self.reached(repeats)
+        brings = sum(min(self.share(k, repeats), 1.0) for k in pairs)
+        return -len(reached), repeats * self.length_s if len(reached) == len(pairs) else 0.0, -brings
+
+
+# ---- what is to be told apart -------------------------------------------------------
+
+
+def explanation(search, chosen, key):
+    """The effect `key` in the first one's place, in its best shapes, or None."""
+    mine = [c for c in search.gram.candidates if c.key == key]
+    fits = sorted(search.beside(chosen[1:], mine), key=lambda fit: fit.excess)[:SHAPES]
+    name = f"{key[0]} of the {key[1]}"
+    return Explanation(name, [[fit.chosen[-1], *chosen[1:]] for fit in fits], fits[0].excess) if fits else None
+
+
+def rivals(search, verdict):
+    """What is confusable with the named effect; where it stands alone, that the plain model is enough."""
+    chosen = verdict.fit.chosen
+    found = [explanation(search, chosen, (effect, joint)) for _, effect, joint in verdict.confusable()]
+    found = [x for x in found if x]
+    return found or [Explanation("no effect", [chosen[1:]], search.fit(chosen[1:]).excess)]
+
+
+def temper_of(search, fit):
+    """Of the verdict as it stands."""
+    left = max(fit.excess - search.tolerated, 0)
+    return judging.TEMPER + judging.TEMPER_OF_REST * left + judging.TEMPER_OF_EXCESS * search.plain.excess
+
+
+# ---- the menu -----------------------------------------------------------------------
+
+
+def plan(search, make, limits, loaded=False):
+    """(path, planned) of one entry within the recorded torque, slower where need be; None where it cannot be."""
+    slower = limits
+    for _ in range(3):
+        q = held(make(slower))
+        planned = Planned(search, q, loaded)
+        if planned.scene.track.parts and np.all(planned.torque() <= limits.torque):
+            return q, planned
+        slower = slower.slowed(SLOWER)
+    return None
+
+
+def options(search, contest, limits):
+    menu = {name: make for name, (make, _) in TRAJECTORIES.items() if limits.joints > 1 or name != "one_by_one"}
+    plans = ((name, plan(search, make, limits)) for name, make in menu.items())
+    return [Option(name, *found, limits, contest) for name, found in plans if found]
+
+
+# ---- the proposal -------------------------------------------------------------------
+
+
+def head_of(verdict, contest):
+    if verdict.effect == "unknown":
+        return "A systematic gap remains that no known effect explains"
+    named = f"{verdict.fit.chosen[0].effect} of the {verdict.fit.chosen[0].joint}"
+    if verdict.confusable():
+        return f"{listed([named, *(x.name for x in contest.others)])} are not told apart by these recordings"
+    return f"{named} stands alone; to confirm it"
+
+
+def why(search, verdict, contest, option, limits):
+    """Words on the chosen option."""
+    repeats, trajectory = option.repeats(), TRAJECTORIES[option.name][1]
+    short = [k for k in range(len(contest.others)) if k not in option.reached(repeats)]
+    effects = [verdict.effect, *(contest.others[k].sets[0][0].effect for k in short if contest.others[k].sets[0])]
+    more = beyond(effects) if short else None
+    run = f"{trajectory}; {repeats * option.length_s:.0f} s; {told(option, contest, repeats)}"
+    if more and len(short) == len(contest.others):
+        words = [f"{head_of(verdict, contest)}, nor by any trajectory within them. Next: {more}."]
+        words += beside_trajectory(search, contest, option, short, limits)
+        words.append(f"The trajectory for it: {run}.")
+    else:
+        words = [f"{head_of(verdict, contest)}. Next: {run}."]
+        if more:
+            words.append(f"It does not part all of them; then {more}.")
+            words += beside_trajectory(search, contest, option, short, limits)
+    words.append(margins(option.q, option.torque, limits, search.evidence.model.joints))
+    return " ".join(words)
+
+
+def beside_trajectory(search, contest, option, short, limits):
+    """Words on the gain of what needs more than a trajectory."""
+    names = {candidate.effect for candidate in contest.candidates}
+    if "current_offset" in names:
+        yield f"Predicted gain of the rest: {figure(rest_gain(search, contest))}."
+    elif PAYLOAD & names:
+        loaded = Option(option.name, option.q, Planned(search, option.q, loaded=True), limits, contest)
+        mass = f"{PAYLOAD_KG:g} kg at the foot's centre" if search.evidence.leg else "half the load more"
+        for k in short:
+            yield (f"Predicted gain over {contest.others[k].name} with {mass}: {figure(loaded.worst(k))} in "
+                   f"{option.length_s:.0f} s, at {100 * loaded.torque.max():.0f} % of the recorded torque.")  # fmt: skip
+
+
+def rest_gain(search, contest):
+    """Chi-square of a current offset over its absence in REST_S without current."""
+    best = 0.0
+    for one in (contest.named, *contest.others):
+        first = one.sets[0][:1]
+        if first and first[0].effect == "current_offset":
+            fit, evidence = search.fit(one.sets[0]), search.evidence
+            sigma = evidence.sigma[f"T{evidence.model.joints.index(first[0].joint)}"]
+            best = REST_S / evidence.tracks[0].step_s * (fit.strengths[0][0] / sigma) ** 2
+    return best
+
+
+def named_effect(search, verdict):
+    """(why, the trajectory's file) where there is a cause, or a part of one."""
+    chosen, limits = verdict.fit.chosen, Limits(search.scenes)
+    named = explanation(search, chosen, chosen[0].key)
+    if not named:
+        return in_words(verdict), None
+    contest = Contest(search, named, rivals(search, verdict), temper_of(search, verdict.fit))
+    found = options(search, contest, limits)
+    if not found:
+        return in_words(verdict), None
+    option = min(found, key=Option.rank)
+    q = np.concatenate([option.q] * option.repeats(), axis=1)
+    return (why(search, verdict, contest, option, limits),
+            to_text(q, search.evidence.model, TRAJECTORIES[option.name][1]))  # fmt: skip
+
+
+def unknown_effect(search):
+    """(why, the trajectory's file) where nothing explains the gap."""
+    limits = Limits(search.scenes)
+    plans = [(name, plan(search, TRAJECTORIES[name][0], limits)) for name in UNKNOWN]
+    words = "; then ".join(TRAJECTORIES[name][1] for name, found in plans if found) or TRAJECTORIES[UNKNOWN[0]][1]
+    head = f"A systematic gap remains that no known effect explains. Next: {words}."
+    plans = [found for _, found in plans if found]
+    if not plans:
+        return head, None
+    q, torque = after(*(q for q, _ in plans)), np.max([planned.torque() / limits.torque for _, planned in plans], axis=0)
+    return f"{head} {margins(q, torque, limits, search.evidence.model.joints)}", to_text(q, search.evidence.model, words)
+
+
+def in_words(verdict):
+    """Where no trajectory can be planned: the motion is not the drive's, or its angle was not recorded."""
+    names = [verdict.effect, *(effect for _, effect, _ in verdict.confusable())]
+    head = f"{listed(names)} are not told apart" if len(names) > 1 else f"{verdict.effect} stands alone"
+    if verdict.effect == "unknown":
+        head = "A systematic gap remains that no known effect explains"
+    return f"{head}. Next: {beyond(names) or TRAJECTORIES[by_effect(names)][1]}."
+
+
+def propose(search, verdict):
+    """(`next_experiment` of the report but for the file's name, text of the trajectory's file or None)."""
+    if verdict.effect == "none":
+        return "The model explains the recordings down to their noise; nothing needs to be told apart.", None
+    if search.evidence.load_sensor or search.evidence.velocity_only:
+        return in_words(verdict), None
+    return named_effect(search, verdict) if verdict.fit.chosen else unknown_effect(search)

@@ -1,0 +1,76 @@
+"""The menu of experiments: the trajectory of each and what it is good for, and what needs more than a trajectory."""
+
+import numpy as np
+
+from .path import after, back_and_forth, multisine
+
+SLOW_SPEEDS = (0.03, 0.08, 0.2)  # rad/s, or m/s of a slider; half the largest recorded at the most
+SLOW_TRAVEL_S = 4.0  # from the middle to one side
+SPEED_SHARES = (0.15, 0.3, 0.55, 0.9)  # of the largest recorded
+GENTLY = 0.85  # factor on speed, its square on acceleration, where fast motion is hard to reconstruct
+
+
+def slow_ramps(limits):
+    parts = []
+    for speed in SLOW_SPEEDS:
+        speeds = np.minimum(speed * np.array([1.0, 0.7])[:limits.joints], 0.5 * limits.speed)
+        parts.append(back_and_forth(limits, speeds, np.minimum(limits.half, speeds * SLOW_TRAVEL_S)))
+    return after(*parts)
+
+
+def speeds(limits):
+    parts = []
+    for own, other in zip(SPEED_SHARES, np.roll(SPEED_SHARES, 2)):
+        chosen = limits.speed * np.array([own, other])[:limits.joints]
+        round_s = 4 * limits.half / np.maximum(chosen, 1e-9)
+        parts.append(back_and_forth(limits, chosen, 0.95 * limits.half, np.maximum(1, np.round(5.0 / round_s))))
+    return after(*parts)
+
+
+def wide_multisine(limits):
+    return multisine(limits, 20.0, 0.1, 1.5, seed=1)
+
+
+def fast_multisine(limits):
+    return multisine(limits.slowed(GENTLY), 20.0, 1.0, 6.0, seed=2)
+
+
+def one_by_one(limits):
+    return after(*(multisine(limits, 10.0, 0.2, 2.0, seed=3 + j, moving=[j]) for j in range(limits.joints)))
+
+
+TRAJECTORIES = {
+    "slow_ramps": (slow_ramps, "slow ramps in both directions at three speeds, where friction near standstill and over "
+                               "position shows without inertia"),
+    "speeds": (speeds, "straight moves over the whole range at four constant speeds, where friction shows over speed and "
+                       "position without inertia"),
+    "wide_multisine": (wide_multisine, "a multisine from 0.1 to 1.5 Hz over the whole range, with other phases"),
+    "fast_multisine": (fast_multisine, "a faster multisine from 1 to 6 Hz at small amplitude, where compliance, delay and a "
+                                       "mount that sways part in their phase"),
+    "one_by_one": (one_by_one, "a multisine of one joint after the other, where what one does to the other shows"),
+}  # fmt: skip
+
+# what a trajectory alone may not settle: words for the bench
+BEYOND = (
+    ({"linkage_error", "encoder_eccentricity"},
+     "record the camera's angles too: the link's own angle parts encoder from linkage"),
+    ({"friction_drift"}, "repeat it warm, after ten minutes of motion: what changes with warmth shows"),
+    ({"current_offset"},
+     "record 10 s at rest with the drives unpowered: the current's zero then shows by itself"),
+    ({"gravity_tilt", "parallel_spring"},
+     "run it with the base turned by 90 degrees: gravity's part changes, a spring's does not"),
+    ({"load_friction", "directional_efficiency", "torque_saturation", "torque_constant"},
+     "run it with a known mass at the far end: what grows with load parts from what does not"),
+)  # fmt: skip
+PAYLOAD = BEYOND[-1][0]
+
+
+def by_effect(effects):
+    """The entry that suits a cause by the look of it, where nothing can be planned."""
+    dynamic = {"elasticity", "backlash", "delay", "base_compliance", "kinematic_error", "cogging"}
+    return "fast_multisine" if dynamic & set(effects) else "slow_ramps"
+
+
+def beyond(effects):
+    """What else would part these effects, or None."""
+    return next((words for group, words in BEYOND if group & set(effects)), None)

@@ -1,0 +1,95 @@
+"""A trajectory that has not been run, as a recording without readings: what each effect's columns would be along it."""
+
+import copy
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+
+import talus
+
+from .. import noise
+from ..scene import Scene
+from ..track import Track
+from .path import STEP_S
+
+PAYLOAD_KG = 1.0
+
+
+def recording_of(evidence, q):
+    """The recording that sensors would make of a joint motion `q` on the file's rows, all efforts 0."""
+    first = evidence.tracks[0]
+    t = np.arange(0, (q.shape[1] - 1) * STEP_S, first.step_s)
+    rows = STEP_S * np.arange(q.shape[1])
+    q = np.array([CubicSpline(rows, x, bc_type="clamped")(t) for x in q])
+    columns = {"time_s": t, **angles(evidence, q)}
+    for name, values in first.columns.items():
+        if name not in columns and name != "valid":
+            columns[name] = np.full(len(t), float(np.mean(values)) if name.endswith("_C") else 0.0)
+    seen = set(first.columns)
+    settings = first.recording.score
+    recording = talus.Recording({n: rounded(x, first.columns[n]) for n, x in columns.items() if n in seen})
+    recording.score = settings
+    return recording
+
+
+def angles(evidence, q):
+    """Columns of a motion of the joints."""
+    if evidence.leg:
+        knee, ankle = evidence.transmissions
+        return {"knee_motor_rad": knee.motor_rad(q[0]), "ankle_motor_rad": ankle.motor_rad(q[1]),
+                "ankle_joint_rad": q[1], "shank_rad": q[0], "foot_rad": q[0] + q[1]}  # fmt: skip
+    if evidence.model.plant == "slider":
+        return {"slider_m": q[0]}
+    step_s = evidence.tracks[0].step_s
+    return {"joint_rad": q[0], "joint_velocity_rad_s": np.gradient(q[0], step_s)}
+
+
+def rounded(values, like):
+    """With the resolution of a column that was recorded; times stay."""
+    step = noise.least_step(like[:4000])
+    return values if step <= 0 or np.all(np.diff(values) > 0) else np.round(values / step) * step
+
+
+def planned_evidence(evidence, recording):
+    """What such a recording would show: channels and noise of the recordings there are, one block."""
+    out = copy.copy(evidence)
+    out.tracks = [track := Track(evidence.model, recording)]
+    if out.leg:
+        out.ankle_rad = [evidence.transmissions[1].joint_rad(track.columns["ankle_motor_rad"])]
+    out.channels = [c for c in out._channels(0) if c.kind in evidence.kinds]
+    out.block_of, out.block_record = [np.zeros(len(track.grid_t_s), int)], np.zeros(1, int)
+    out.blocks, out.folds, out.fold_count = 1, np.zeros(1, int), 1
+    for channel in out.channels:
+        channel.thinned = channel.rows[channel.rows % out.thin == 0]
+    return out
+
+
+class Planned:
+    """A trajectory at the identified parameters; `loaded` with a known mass where it is farthest out."""
+
+    def __init__(self, search, q, loaded=False):
+        self.evidence = planned_evidence(search.evidence, recording_of(search.evidence, q))
+        base = search.scenes[0].base
+        if loaded:
+            base, self.evidence.tree = with_payload(search.evidence, base)
+        self.scene = Scene(self.evidence, 0, base)
+        self.length_s = (q.shape[1] - 1) * STEP_S
+
+    def torque(self):
+        """Largest motor torque of each joint."""
+        return np.array([np.abs(x).max() for x in self.scene.motor_Nm])
+
+
+def with_payload(evidence, base):
+    """(base parameters, model file's mapping) with PAYLOAD_KG at the foot's centre, or half as much again at a single
+    joint."""
+    tree, names, out = copy.deepcopy(evidence.tree), list(evidence.model.base), np.array(base, float)
+    if not evidence.leg:
+        for k, name in enumerate(names):
+            out[k] *= 1.5 if name in ("inertia", "mass", "gravity_sin", "gravity_cos") else 1.0
+        return out, tree
+    arm_m = tree["foot"]["com_m"]
+    tree["foot"]["mass_kg"] += PAYLOAD_KG
+    out[names.index("foot_moment")] += PAYLOAD_KG * arm_m
+    out[names.index("foot_inertia")] += PAYLOAD_KG * arm_m**2
+    return out, tree

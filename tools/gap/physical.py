@@ -1,0 +1,77 @@
+"""From base parameters, which are linear in the torque, to physical ones."""
+
+import numpy as np
+from scipy.optimize import least_squares
+
+from talus import ffi, lib
+
+NEWTON_STEPS = 20
+STEP = 1e-6
+PRIOR_CHI2 = 0.01  # of a parameter as far from its prior as that is large: decides only what the data leave open
+LEAST_SHARE = 1e-3  # of its prior, that a positive parameter keeps
+
+
+class Parameters:
+    """A model's physical parameters as u: relative to their priors, 0 at them."""
+
+    def __init__(self, model):
+        self.names, self.start = list(model.parameters), np.array(list(model.parameters.values()))
+        self.scale, self._trial = np.maximum(np.abs(self.start), 1e-6), model.copy()
+
+    def values(self, u):
+        return dict(zip(self.names, (self.start + self.scale * u).tolist()))
+
+    def base(self, u):
+        self._trial.set_parameters(**self.values(u))
+        return np.array(list(self._trial.base.values()))
+
+    def slope(self, u):
+        now = self.base(u)
+        return np.array([(self.base(u + STEP * e) - now) / STEP for e in np.eye(len(u))]).T
+
+    def lower(self):
+        """The physical bounds of u."""
+        table = lib.tl_parameters(self._trial.struct, ffi.new("int *"))
+        out = np.array([(table[k].lower - self.start[k]) / self.scale[k] for k in range(len(self.names))])
+        return out + LEAST_SHARE * np.array([table[k].positive for k in range(len(self.names))])
+
+
+def physical(model, base):
+    """Parameters of base parameters, physical or not: the nearest to the model's own, relative to each; None if none is
+    near."""
+    parameters, size = Parameters(model), np.maximum(np.abs(base), 1e-9)
+    u = np.zeros(len(parameters.start))
+    for _ in range(NEWTON_STEPS):
+        now, slope = parameters.base(u), parameters.slope(u)
+        # the smallest u that meets the linearised equations, not the smallest step
+        u = np.linalg.lstsq(slope / size[:, None], (base - now + slope @ u) / size, rcond=1e-12)[0]
+    close = np.allclose(parameters.base(u), base, rtol=1e-6, atol=1e-9)
+    return parameters.values(u) if close and np.all(np.isfinite(u)) else None
+
+
+def constrained(model, root, best, low, high):
+    """(physical parameters, the other unknowns, chi-square lost) of a linear fit whose first unknowns are base parameters.
+
+    `root` is an upper triangle R with chi-square = |R (x - best)|^2 above its least; `low` and `high` are the limits of
+    the other unknowns. Physical parameters keep their bounds, and what the fit leaves open stays near its prior."""
+    parameters, bases = Parameters(model), len(model.base)
+    count, size = len(parameters.start), 1.0 / np.maximum(np.sqrt((root[:, bases:] ** 2).sum(0)), 1e-12)
+    weight = np.sqrt(PRIOR_CHI2)
+
+    def unknowns(x):
+        return np.concatenate([parameters.base(x[:count]), best[bases:] + size * x[count:]])
+
+    def residual(x):
+        return np.concatenate([root @ (unknowns(x) - best), weight * x[:count]])
+
+    def slope(x):
+        top = np.hstack([root[:, :bases] @ parameters.slope(x[:count]), root[:, bases:] * size])
+        return np.vstack([top, np.hstack([weight * np.eye(count), np.zeros((count, len(size)))])])
+
+    lower = np.concatenate([parameters.lower(), (low - best[bases:]) / size])
+    upper = np.concatenate([np.full(count, np.inf), (high - best[bases:]) / size])
+    start = np.clip(np.zeros(len(lower)), lower + 1e-9, upper - 1e-9)
+    found = least_squares(residual, start, slope, bounds=(lower, np.maximum(upper, lower + 1e-12)), x_scale="jac",
+                          xtol=1e-14, ftol=1e-14, gtol=1e-12, max_nfev=200)  # fmt: skip
+    lost = float(np.sum((root @ (unknowns(found.x) - best)) ** 2))
+    return parameters.values(found.x[:count]), unknowns(found.x)[bases:], lost

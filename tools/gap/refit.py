@@ -1,0 +1,122 @@
+"""The chosen effects once more, for the model file: their shapes between the grid's, their strengths and the model's
+physical parameters together."""
+
+import numpy as np
+
+from .physical import constrained
+
+REWEIGHINGS = 4
+STEP_SHARES = (0.5, 0.35, 0.25, 0.15, 0.1, 0.06)  # of a shape's first step
+LEAST_STEP = 1.0  # of the cost: less is not worth another shape
+RIDGE = 1e-10  # of unit columns: keeps what cannot be told apart solvable
+
+
+def made(search, candidate):
+    """Rows of a candidate's columns, one matrix a layout; those that the search keeps are not made again."""
+    gram = search.gram
+    if all(column in gram.place for column in candidate.columns):
+        return gram.gathered(gram.of(candidate))
+    out = [np.zeros((len(candidate.columns), layout.rows)) for layout in gram.layouts]
+    for k, column in enumerate(candidate.columns):
+        for record, scene in enumerate(search.scenes):
+            shown = column(scene)
+            for layout, rows in zip(gram.layouts, out):
+                if layout.kind in shown and record in layout.channel:
+                    layout.put(rows[k], record, shown[layout.kind][layout.channel[record].thinned])
+    return out
+
+
+class Rows:
+    """All weighted rows of a search for some effects, channel kind after channel kind: (unknowns, rows) of base columns,
+    constants and the effects' columns, and the readings."""
+
+    def __init__(self, search, chosen):
+        every = [made(search, candidate) for candidate in chosen]
+        self.parts = [(np.concatenate([plain[:-1], *own]), plain[-1])
+                      for plain, *own in zip(search.gram.plain, *every)]  # fmt: skip
+        self.norm = np.sqrt(sum((rows**2).sum(1) for rows, _ in self.parts))
+        self.used = np.flatnonzero(self.norm > 0)
+
+    def solve(self, weights):
+        """The unknowns that fit best (0 where nothing tells), with a weight for each kind."""
+        gram = sum(w * w * rows @ rows.T for (rows, _), w in zip(self.parts, weights))[np.ix_(self.used, self.used)]
+        right = sum(w * w * rows @ reading for (rows, reading), w in zip(self.parts, weights))[self.used]
+        unit, out = self.norm[self.used], np.zeros(len(self.norm))
+        scaled = gram / np.outer(unit, unit) + RIDGE * np.eye(len(unit))
+        out[self.used] = np.linalg.solve(scaled, right / unit) / unit
+        return out
+
+    def left(self, x):
+        """Mean square that unknowns leave of each kind, in units of its noise."""
+        return np.array([np.mean((reading - x @ rows) ** 2) for rows, reading in self.parts])
+
+    def settle(self):
+        """(weights, unknowns, cost): every kind counts by what is left of it, not by its noise alone. An encoder is so
+        fine that what a law leaves of it would outweigh the torque, which is what a model file predicts."""
+        weights = np.ones(len(self.parts))
+        for _ in range(REWEIGHINGS):
+            found = self.solve(weights)
+            weights = 1.0 / np.sqrt(np.maximum(self.left(found), 1.0))
+        count = np.array([len(reading) for _, reading in self.parts])
+        return weights, found, float(count @ np.log(np.maximum(self.left(found), 1.0)))
+
+
+def cost(search, chosen, i):
+    """Of the chosen effects together; infinite where the i-th is out of its range."""
+    rows = Rows(search, chosen)
+    _, found, value = rows.settle()
+    first = search.gram.first + sum(len(c.columns) for c in chosen[:i])
+    own = found[first:first + len(chosen[i].columns)]
+    return value + 2 * len(own) if chosen[i].within_range(own) else np.inf
+
+
+def best_shapes(search, chosen):
+    """The chosen effects in the shapes that suit all kinds of readings alike, between the grid's too."""
+    chosen = [part for c in chosen for part in (c.parts or (c,))]
+    for i, old in enumerate(chosen):
+        others, alone = [old], [c.key for c in chosen].count(old.key) == 1
+        if alone and any(set(column(search.scenes[0])) & {"E", "K", "F"} for column in old.columns):
+            others = [c for c in search.gram.candidates if c.key == old.key]
+        costs = [cost(search, [*chosen[:i], other, *chosen[i + 1:]], i) for other in others]
+        chosen[i] = others[int(np.argmin(costs))]
+        moved(search, chosen, i, min(costs))
+    return chosen
+
+
+def moved(search, chosen, i, least):
+    """Moves the i-th effect's shape downhill, one value after the other, with ever smaller steps."""
+    for share in STEP_SHARES:
+        for number in range(len(chosen[i].family.values) if chosen[i].family else 0):
+            for side in (1, -1):
+                other = chosen[i].family.beside(number, share, side)
+                value = np.inf if other is None else cost(search, [*chosen[:i], other, *chosen[i + 1:]], i)
+                if value < least - LEAST_STEP:
+                    chosen[i], least = other, value
+                    break
+
+
+def joint_fit(search, chosen, model):
+    """Effects fitted together with the model's physical parameters, within the bounds of both: (parameters, strengths of
+    each effect, chi-square that the bounds cost); None where the recordings do not move a base parameter."""
+    rows = Rows(search, chosen)
+    bases, used = len(model.base), rows.used
+    if not set(range(bases)) <= set(used):
+        return None
+    weights, best, _ = rows.settle()
+    root = np.linalg.qr(np.hstack([w * part[used] for (part, _), w in zip(rows.parts, weights)]).T, mode="r")
+    free = np.full(search.gram.first - bases, np.inf)
+    low, high = (np.concatenate([sign * free, *(limits(c, side) for c in chosen)]) for sign, side in ((-1, 0), (1, 1)))
+    seen = used[bases:] - bases
+    values, others, lost = constrained(model, root, best[used], low[seen], high[seen])
+    rest = np.zeros(len(low))
+    rest[seen] = others
+    rest, strengths = list(rest[len(free):]), []
+    for candidate in chosen:
+        strengths.append([rest.pop(0) for _ in candidate.columns])
+    return values, strengths, lost
+
+
+def limits(candidate, side):
+    """Lowest (0) or highest (1) strengths that are physical."""
+    given = (candidate.low, candidate.high)[side]
+    return np.full(len(candidate.columns), (-np.inf, np.inf)[side]) if given is None else np.asarray(given, float)

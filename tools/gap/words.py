@@ -1,0 +1,101 @@
+"""The diagnosis in plain words."""
+
+LIKELY, CERTAIN = 0.5, 0.8  # probabilities from which a cause is called so
+HARDLY = 0.1  # of the gap is closed
+PLAIN = {
+    "stribeck": "friction that is higher near standstill", "load_friction": "friction that grows with the load",
+    "asymmetric_friction": "friction that differs between the two directions",
+    "nonlinear_viscous": "viscous friction that is not proportional to speed",
+    "position_friction": "friction that depends on the position",
+    "presliding": "friction that acts like a spring before it slides",
+    "friction_drift": "friction that changes with time or temperature",
+    "backlash": "play in the transmission", "elasticity": "a transmission that gives way like a spring",
+    "kinematic_error": "a transmission error that repeats with the motor's turn",
+    "linkage_error": "a linkage whose dimensions are not the drawing's",
+    "directional_efficiency": "losses that differ between driving and being driven",
+    "cogging": "a motor torque that repeats with the turn, without current",
+    "torque_saturation": "a torque constant that droops at high current",
+    "torque_constant": "a torque constant that is not the given one", "current_offset": "a constant error of the current",
+    "sensor_offset": "a constant error of the torque sensor", "delay": "currents and angles taken at different instants",
+    "encoder_eccentricity": "an encoder that is mounted off its centre", "gravity_tilt": "a bench that is not upright",
+    "parallel_spring": "a spring beside the joint", "base_compliance": "a mount that sways",
+}  # fmt: skip
+
+
+class Scale:
+    """Figures of one kind in a unit of readable size."""
+
+    def __init__(self, unit, figures):
+        small = max(figures, default=0.0) < 1
+        self.factor, self.unit = (1e3, f"m{unit}") if small else (1.0, unit)
+
+    def __call__(self, x):
+        return self.factor * x
+
+    def number(self, x):
+        return f"{self.factor * x:#.4g}".rstrip(".")
+
+    def text(self, x):
+        return f"{self.number(x)} {self.unit}"
+
+
+def name(effect):
+    """An effect's id as words."""
+    return effect.replace("_", " ")
+
+
+def cause(effect, joint):
+    """An effect in plain words, with its name and place."""
+    own = f"{PLAIN[effect]} ({name(effect)})" if effect in PLAIN else name(effect)
+    return f"{own} at the {joint}"
+
+
+def is_poor(report):
+    """Recordings that could not be diagnosed: nothing was held out, so no noise was found."""
+    return not report["alternatives"] and all(gap["noise_floor_rms"] == 0 for gap in report["gap"].values())
+
+
+def shrunk_joint(report):
+    """The joint whose gap the verdict speaks of; None where no effect was added."""
+    gaps, joint = report["gap"], report["verdict"]["joint"]
+    if not report["effects"]:
+        return None
+    return joint if joint in gaps else max(gaps, key=lambda j: gaps[j]["closed_fraction"])
+
+
+def closing(report):
+    """What modelling the causes does to the error."""
+    joint, count = shrunk_joint(report), len(report["effects"])
+    if joint is None:
+        return ""
+    gap = report["gap"][joint]
+    scale = Scale(gap["unit"], [gap["identified_rms"]])
+    before, after, floor = (scale(gap[f"{k}_rms"]) for k in ("identified", "extended", "noise_floor"))
+    it = "it" if count == 1 else f"it and {count - 1} more"
+    head = f"modelling {it} takes the {joint}'s error from {before:.3g} to {after:.3g} {scale.unit} on data held out"
+    if gap["closed_fraction"] < HARDLY and any(w["coordinate"] == "encoder" for w in report["where"][:1]):
+        return "it shows between the encoders and hardly in the torque"
+    if gap["closed_fraction"] <= 0:
+        return f"modelling {it} does not shrink the {joint}'s error on data held out"
+    return f"{head}, where the noise alone is {floor:.3g}"
+
+
+def sentence(report):
+    """The diagnosis in plain words."""
+    verdict = report["verdict"]
+    sure = f"probability {verdict['probability']:.2f}"
+    if is_poor(report):
+        return "These recordings cannot carry a diagnosis, so no cause is named."
+    if verdict["effect"] == "none":
+        return f"The model explains these recordings down to their noise; no further effect is needed ({sure})."
+    if verdict["effect"] == "unknown":
+        head = f"A gap remains that no known effect explains ({sure})."
+        if not report["effects"]:
+            return head
+        first = report["effects"][0]
+        return f"{head} What comes nearest is {cause(first['effect'], first['joint'])}: {closing(report)}."
+    named = cause(verdict["effect"], verdict["joint"])
+    if verdict["probability"] < LIKELY:
+        return f"The cause of the gap is not certain. Likeliest is {named} ({sure}): {closing(report)}."
+    how = "comes" if verdict["probability"] >= CERTAIN else "most likely comes"
+    return f"The gap {how} from {named} ({sure}): {closing(report)}."
