@@ -10,9 +10,10 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "lateness.h"
+
 /* a program's own parts are in no library */
-#include "../../apps/sim/lateness.c" /* NOLINT(bugprone-suspicious-include) */
-#include "../../apps/sim/orders.c"   /* NOLINT(bugprone-suspicious-include) */
+#include "../../apps/sim/orders.c" /* NOLINT(bugprone-suspicious-include) */
 
 static struct model_file file;
 static tl_excitation excitation;
