@@ -131,12 +131,12 @@ class Evidence:
         """Root mean square of deviations, each of a number of rows."""
         return float(np.sqrt(sum(s * s * n for s, n in found) / max(sum(n for _, n in found), 1)))
 
-    def irregular_excess(self):
+    def irregular_excess(self, only=None):
         """Chi-square of what the torques show beyond white noise, and does not come back with the motion. One joint alone
         is a machine's, whose noise may have a colour."""
         if self.joints == 1:
             return 0.0
-        return sum(x * self.freedom(kind) for kind, x in self.irregular.items() if kind[0] == "T")
+        return sum(x * self.freedom(kind) for kind, x in self.irregular.items() if kind[0] == "T" and only in (None, kind))
 
     def _repeat_sigma(self, channel):
         track, period_s = self.tracks[channel.record], self.periods_s[channel.record]

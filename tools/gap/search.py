@@ -15,6 +15,7 @@ LEAST_STEP = 40.0  # chi-square
 LEAST_STEP_PER_FREEDOM = 0.0075
 LEAST_Z = 3.0  # of the gain over blocks
 SECOND_MUST_CLOSE = 0.45  # of what the first leaves
+LEFT_BY_A_FORM = 0.02  # of the whole excess: so much another form of the same effect may well leave
 SAME_JOINT_MUST_CLOSE = 0.66
 SINGLE_JOINT_LEAST_Z = 2.0  # recordings of one joint have few blocks
 SINGLE_JOINT_MUST_CLOSE = 0.3  # there is no other joint, and machines leave more than twins
@@ -122,10 +123,10 @@ class Search:
         return tempered, z, self._share(old, new, after.chosen[-1])
 
     def _share(self, old, new, added):
-        """Share of the open excess that a step closes, over all channels or those at the added effect's joint: what
-        another effect leaves elsewhere says nothing about this one."""
-        shares = []
-        for kinds in (self.evidence.kinds, self.evidence.kinds_at(added.joint)):
+        """Share of the open excess that a step closes, over all channels, those at the added effect's joint, or its torque
+        alone: what another effect leaves elsewhere says nothing about this one."""
+        shares, own = [], self.evidence.kinds_at(added.joint)
+        for kinds in (self.evidence.kinds, own, [kind for kind in own if kind[0] == "T"]):
             before, after = (sum(x[kind].sum() for kind in kinds) for x in (old, new))
             still_open = before - sum(self.evidence.freedom(k) + self.tolerated_of[k] for k in kinds)
             shares.append((before - after) / still_open if still_open > 0 else 0.0)
@@ -143,7 +144,9 @@ class Search:
         joints = {c.joint for c in before.chosen}
         if self.evidence.joints == 1:
             return SINGLE_JOINT_MUST_CLOSE
-        return SAME_JOINT_MUST_CLOSE if added.joint in joints or "base" in joints | {added.joint} else share
+        left = (before.excess - self.tolerated) / max(self.plain.excess - self.tolerated, 1e-9)
+        near = left < LEFT_BY_A_FORM and (added.joint in joints or "base" in joints | {added.joint})
+        return SAME_JOINT_MUST_CLOSE if near else share
 
     def extended(self, singles):
         """One to three effects, from the ranking of single ones."""

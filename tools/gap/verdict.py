@@ -9,8 +9,10 @@ UNKNOWN_SHARE_OF_ONE_JOINT = 0.65  # one joint alone is a machine's, and those l
 NOTHING_FACTOR = 2.5  # of the tolerated excess: without any effect, none and unknown are equally likely
 LOGIT_WIDTH = 0.35  # of the logarithm
 TEMPER = 50.0  # chi-square by which equally good shapes of different effects differ anyhow
-TEMPER_OF_REST = 0.1
+TEMPER_OF_REST = 0.25
+TEMPER_OF_REST_OF_ONE_JOINT = 0.1
 TEMPER_OF_EXCESS = 0.0005
+LEAST_PART_OF_ALL = 0.25  # of the excess, closed at one joint, for a verdict on that joint alone
 STEPS_WITHIN_TOLERANCE = 3.0  # least steps that a gain must be worth where the tolerance alone explains the excess
 STEPS_WIDTH = 0.5
 COLUMN_PENALTY = 0.35  # of the logarithm, for each further column: a simpler form is a little likelier
@@ -61,6 +63,30 @@ def too_little(search, fit):
     return logistic((STEPS_WITHIN_TOLERANCE - gain) / STEPS_WIDTH)
 
 
+def still_open(search, fit):
+    """Share of the systematic excess that is left, and its size: of all channels, or of those at the joint of the first
+    effect, where it closes much of the whole. What nothing explains at another joint does not make it less sure."""
+    evidence = search.evidence
+    left = max(fit.excess + evidence.irregular_excess() - search.tolerated, 0)
+    whole = search.plain.excess + evidence.irregular_excess() - search.tolerated
+    share = left / max(whole, 1.0) if whole > 0 else 0.0
+    own = evidence.kinds_at(fit.chosen[0].joint)
+    if own == evidence.kinds or share < UNKNOWN_SHARE:
+        return share, left
+    old, new = (search.gram.held_out_blocks(search.columns(chosen)) for chosen in ([], fit.chosen))
+    known = sum(evidence.freedom(k) + search.tolerated_of[k] - evidence.irregular_excess(k) for k in own)
+    before, after = (max(sum(x[k].sum() for k in own) - known, 0.0) for x in (old, new))
+    if before - after < LEAST_PART_OF_ALL * whole or after / before > share:
+        return share, left
+    return after / before, after
+
+
+def temper_of(search, left, before):
+    """By how much chi-square differs between forms that are equally good: the more is left, the more."""
+    of_rest = TEMPER_OF_REST if search.evidence.joints > 1 else TEMPER_OF_REST_OF_ONE_JOINT
+    return TEMPER + of_rest * left + TEMPER_OF_EXCESS * before
+
+
 def judge(search, fit):
     """The verdict on a search's outcome, and the fit with the named effect in front."""
     tolerated, irregular = search.tolerated, search.evidence.irregular_excess()
@@ -68,11 +94,10 @@ def judge(search, fit):
     if not fit.chosen:
         unknown = logistic((math.log(max(before, 1.0) / tolerated) - math.log(NOTHING_FACTOR)) / LOGIT_WIDTH)
         return Verdict([(unknown, "unknown", "none"), (1 - unknown, "none", "none")], fit, 1.0 if unknown > 0.5 else 0.0)
-    left = max(fit.excess + irregular - tolerated, 0)
-    open_share = left / max(before - tolerated, 1.0) if before > tolerated else 0.0
+    open_share, left = still_open(search, fit)
     most_open = UNKNOWN_SHARE if search.evidence.joints > 1 else UNKNOWN_SHARE_OF_ONE_JOINT
     unknown = logistic((math.log(max(open_share, 1e-4)) - math.log(most_open)) / LOGIT_WIDTH)
-    temper = TEMPER + TEMPER_OF_REST * left + TEMPER_OF_EXCESS * before
+    temper = temper_of(search, left, before)
     others = search.scan(fit.chosen[1:])
     weight = []
     for other in others:

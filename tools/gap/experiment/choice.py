@@ -83,7 +83,7 @@ def rivals(search, verdict):
 def temper_of(search, fit):
     """Of the verdict as it stands."""
     left = max(fit.excess - search.tolerated, 0)
-    return judging.TEMPER + judging.TEMPER_OF_REST * left + judging.TEMPER_OF_EXCESS * search.plain.excess
+    return judging.temper_of(search, left, search.plain.excess)
 
 
 # ---- the menu -----------------------------------------------------------------------
