@@ -118,12 +118,15 @@ all: library python-side programs $(BUILD)/bin/talus-gap $(BUILD)/bin/talus-acqu
 
 # talus-gap is Python (tools/gap), and so is the export of talus-acquire (tools/acquire_export): what stands in
 # bin/ finds an interpreter for it.
-$(BUILD)/bin/talus-gap: tools/gap/start.sh
-$(BUILD)/bin/talus-acquire-export: tools/acquire_export/start.sh
-$(BUILD)/bin/talus-gap $(BUILD)/bin/talus-acquire-export:
+$(BUILD)/bin/talus-gap: module = gap
+$(BUILD)/bin/talus-gap: needs = cffi, numpy, scipy, yaml
+$(BUILD)/bin/talus-acquire-export: module = acquire_export
+$(BUILD)/bin/talus-acquire-export: needs = cantools, cffi, numpy, yaml
+$(BUILD)/bin/talus-gap $(BUILD)/bin/talus-acquire-export: tools/start.sh
 	$(say) GEN $@
 	@mkdir -p $(@D)
-	$(Q)sed -e 's|@ROOT@|$(CURDIR)|' -e 's|@BUILD@|$(abspath $(BUILD))|' $< >$@.new
+	$(Q)sed -e 's|@ROOT@|$(CURDIR)|' -e 's|@BUILD@|$(abspath $(BUILD))|' -e 's|@NAME@|$(@F)|' \
+	  -e 's|@MODULE@|$(module)|' -e 's|@NEEDS@|$(needs)|' $< >$@.new
 	$(Q)chmod +x $@.new && mv $@.new $@
 
 # Holds the flags' hash and is touched only when it changes: whatever is linked

@@ -7,29 +7,11 @@ import shutil
 
 import pytest
 from support import REPOSITORY, run
-from test_bad_input import EARLIER, FILES, RECORDINGS, contents, line_of, start
+from test_bad_input import EARLIER, FILES, RECORDINGS, bench, contents, inputs, line_of, start  # noqa: F401
 from test_page import Page
 
 GAP = "talus-gap"
 OUTPUTS = ("--report", "--html", "--save-model")
-
-
-@pytest.fixture(scope="module")
-def bench(tmp_path_factory):
-    """A slider and a leg, each with a sound recording."""
-    folder = tmp_path_factory.mktemp("bench")
-    for plant in ("slider", "leg"):
-        shutil.copy(REPOSITORY / "models" / f"{plant}.yaml", folder)
-        run("talus-sim", "--model", folder / f"{plant}.yaml", "--out", folder / f"{plant}.csv", "--duration", 20)
-    run("talus-sim", "--model", folder / "leg.yaml", "--out", folder / "knee.csv", "--duration", 20, "--amplitude", "0.3,0")
-    return folder
-
-
-@pytest.fixture
-def inputs(bench, tmp_path):
-    for path in bench.iterdir():
-        shutil.copy(path, tmp_path)
-    return tmp_path
 
 
 def refused(folder, arguments, words, status=2):

@@ -74,7 +74,8 @@ def _gap(out, report, poor):
     _gap_table(out, report["gap"], shown, poor)
     if not poor:
         out.paragraph("All on blocks that the fit has not seen. Closed is the share of the systematic part, identified² − noise², "
-                      "that the effects take away. Near standstill friction has any value between its two levels: those "
+                      "that the effects take away; an interval from next to nothing to nearly all says that there was "
+                      "hardly anything above the noise to take away. Near standstill friction has any value between its two levels: those "
                       "samples are reported apart.")  # fmt: skip
 
 
@@ -144,9 +145,9 @@ def _where(out, report):
         deviations = f"{one['deviations']:.3g}" if "deviations" in one else ""
         rows.append([f"{one['joint']}, {words.name(one['coordinate'])}", share, interval, deviations, f"{low:.4g} to {high:.4g}"])
     out.table("Before any effect is added", ["joint, over", "share", "95 % interval", "deviations", "mostly in"], rows)
-    out.paragraph("Share is of the systematic energy, and shares overlap. Deviations say how far it stands above what noise "
-                  "alone would show. Motor angle is in orders per turn, frequency in Hz, reversal in seconds since the "
-                  "last stop.")  # fmt: skip
+    out.paragraph("Share is of the systematic energy: the first of a joint has all that it explains, the others at most what "
+                  "that leaves. Deviations say how far it stands above what noise alone would show. Motor angle is in orders "
+                  "per turn, frequency in Hz, reversal in seconds since the last stop.")  # fmt: skip
 
 
 def _next(out, found):

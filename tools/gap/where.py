@@ -8,10 +8,11 @@ import numpy as np
 
 BINS = 24
 ORDERS = (*range(1, 33), 36, 40, 42, 48, 54, 60, 72, 84)
+ORDER_SPEEDS = 12
 BAND_HALF_WIDTH = 0.15  # of the frequency
 BANDS_HZ = np.geomspace(0.5, 25, 60)
 LOWPASS_HZ = 30.0
-LEAST_SHARE = 0.02
+LEAST_SHARE = 0.05
 TINY = 1e-12
 NATURAL = {
     "stribeck": ("velocity", "reversal"), "load_friction": ("load", "current", "acceleration"),
@@ -115,15 +116,28 @@ def coordinates(search, record, joint):
     }
 
 
-def order_map(angle, rest):
-    """The strongest order of the motor's angle."""
-    power = [2 * abs(np.exp(1j * order * angle) @ rest.residual) ** 2 / len(angle) for order in ORDERS]
-    best = int(np.argmax(power))
-    wave = np.exp(1j * ORDERS[best] * angle) * rest.residual
-    sums = np.array([rest.per_block(part) for part in (wave.real, wave.imag, np.ones(len(angle)))])
-    real, imaginary, number = (rest.without_each(x) for x in sums)
-    left = 2 * (real**2 + imaginary**2) / np.maximum(number, 1) - 2 * rest.variance
-    return Entry("motor_angle", [ORDERS[best], ORDERS[best]], power[best] - 2 * rest.variance, 2 * rest.variance,
+def order_map(angle, speed, rest):
+    """The strongest order of the motor's angle. A ripple's size and phase in the current change with its frequency, so
+    each range of speeds has its own."""
+    edges = np.unique(np.quantile(speed, np.linspace(0, 1, ORDER_SPEEDS + 1)))
+    cells = max(len(edges) - 1, 1)
+    cell = rest.block * cells + np.clip(np.searchsorted(edges, speed, side="right") - 1, 0, cells - 1)
+
+    def sums(values):
+        return np.bincount(cell, values, minlength=len(rest.names) * cells).reshape(-1, cells)
+
+    def energy(wave, n):
+        return (2 * np.abs(wave) ** 2 / np.maximum(n, 1) - 2 * rest.variance * (n > 0)).sum(-1)
+
+    def waves(order):
+        wave = np.exp(1j * order * angle) * rest.residual
+        return sums(wave.real) + 1j * sums(wave.imag)
+
+    number = sums(np.ones(len(angle)))
+    best = max(ORDERS, key=lambda order: energy(waves(order).sum(0), number.sum(0)))
+    left = energy(rest.without_each(waves(best)), rest.without_each(number))
+    noise = 2 * rest.variance * np.sqrt(cells)
+    return Entry("motor_angle", [best, best], energy(waves(best).sum(0), number.sum(0)), noise,
                  deviation(left / np.maximum(rest.without_each(rest.excess), TINY)))  # fmt: skip
 
 
@@ -173,7 +187,8 @@ def joint_maps(search, residuals, joint):
     maps = [bin_map(n, v, one_sided if n == "velocity" else direction, rest) for n, v in gathered.items()]
     maps = [m for m in maps if m is not None]
     entries = [Entry(m.coordinate, m.range(), m.energy, m.energy / m.deviations, m.spread) for m in maps if m.energy > 0]
-    entries += [order_map(angle, rest), band_map(pieces, [evidence.tracks[c.record].step_s for c in channels], rest)]
+    steps_s = [evidence.tracks[c.record].step_s for c in channels]
+    entries += [order_map(angle, gathered["velocity"], rest), band_map(pieces, steps_s, rest)]
     return float(rest.excess.sum()), maps, entries
 
 

@@ -116,7 +116,7 @@ def head_of(verdict, contest):
     named = f"{verdict.fit.chosen[0].effect} of the {verdict.fit.chosen[0].joint}"
     if verdict.confusable():
         return f"{listed([named, *(x.name for x in contest.others)])} are not told apart by these recordings"
-    return f"{named} stands alone; to confirm it"
+    return f"Nothing rivals {named}; what follows would confirm it"
 
 
 def why(search, verdict, contest, option, limits):
@@ -196,7 +196,7 @@ def unknown_effect(search):
 def in_words(verdict):
     """Where no trajectory can be planned: the motion is not the drive's, or its angle was not recorded."""
     names = [verdict.effect, *(effect for _, effect, _ in verdict.confusable())]
-    head = f"{listed(names)} are not told apart" if len(names) > 1 else f"{verdict.effect} stands alone"
+    head = f"{listed(names)} are not told apart" if len(names) > 1 else f"Nothing rivals {verdict.effect}; what follows would confirm it"
     if verdict.effect == "unknown":
         head = "A systematic gap remains that no known effect explains"
     return f"{head}. Next: {beyond(names) or TRAJECTORIES[by_effect(names)][1]}."

@@ -1,0 +1,11 @@
+#!/bin/sh
+# Runs @NAME@, which is Python, with the project's own interpreter, or any that has what it needs.
+root='@ROOT@' build='@BUILD@'
+for python in "$root/.venv/bin/python" python3; do
+  if "$python" -c 'import @NEEDS@' 2>/dev/null; then
+    PYTHONPATH="$root/tools${PYTHONPATH:+:$PYTHONPATH}" TALUS_BUILD="$build" PYTHONDONTWRITEBYTECODE=1 \
+      OPENBLAS_NUM_THREADS=1 exec "$python" -m @MODULE@ "$@"
+  fi
+done
+echo '@NAME@: no Python with @NEEDS@ was found; `make deps` installs it' >&2
+exit 1
