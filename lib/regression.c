@@ -234,6 +234,7 @@ static void effects_along(const tl_regression *r, const tl_block *block, int joi
     s.slip[j] = track->slip[j];
     s.stop[j] = track->stop[j];
     s.stops[j] = track->stops[j];
+    if (!r->sensing[j].across) s.window[j] = &r->sensing[j].window;
   }
   s.work = column + TL_EFFECT_MAX_STRENGTHS * block->n;
   for (i = 0; i < block->n; i++) sum[i] = 0.0;

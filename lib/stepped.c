@@ -5,7 +5,7 @@
 #include "talus/math.h"
 #include "talus/stepped.h"
 
-#define LARGEST_TURN 0.4 /* rad of the spring's own oscillation in one step */
+#define LARGEST_TURN 0.6 /* rad of the spring's own oscillation in one step */
 #define FEWEST_STEPS 4
 #define MOST_STEPS 60
 
@@ -42,7 +42,7 @@ int tl_stepped_link_steps(const tl_stepped_link *link) {
 
 /* what changes from step to step, and what does not */
 typedef struct {
-  double stiffness, half, damping, h, h_over_inertia, dry, slow;
+  double stiffness, half, soft, soft_loss, hardening, damping, h, h_over_inertia, dry, slow;
   double angle, speed; /* the link's angle less the motor's; the link's speed */
 } link_state;
 
@@ -51,6 +51,9 @@ static link_state begin_link(const tl_stepped_link *link, double speed) {
 
   s.stiffness = link->stiffness_Nm_rad;
   s.half = 0.5 * link->gap_rad;
+  s.soft = link->soft_rad;
+  s.soft_loss = link->stiffness_Nm_rad * (1.0 - link->soft_share);
+  s.hardening = link->hardening_Nm_rad3;
   s.damping = link->damping_s * link->stiffness_Nm_rad;
   s.h = s.h_over_inertia = s.dry = s.slow = 0.0;
   s.angle = -link->first_Nm / link->stiffness_Nm_rad;
@@ -61,12 +64,20 @@ static link_state begin_link(const tl_stepped_link *link, double speed) {
 
 /* steps of h from now on */
 static void set_step(link_state *s, const tl_stepped_link *link, double h) {
-  double share = h * link->friction_share / link->inertia_kg_m2;
+  double dry = h * link->friction_share / link->inertia_kg_m2,
+         viscous = h * link->viscous_share / link->inertia_kg_m2;
 
   s->h = h;
   s->h_over_inertia = h / link->inertia_kg_m2;
-  s->dry = share * (link->coulomb_Nm > 0.0 ? link->coulomb_Nm : 0.0);
-  s->slow = 1.0 / (1.0 + share * (link->viscous_Nms_rad > 0.0 ? link->viscous_Nms_rad : 0.0));
+  s->dry = dry * (link->coulomb_Nm > 0.0 ? link->coulomb_Nm : 0.0);
+  s->slow = 1.0 / (1.0 + viscous * (link->viscous_Nms_rad > 0.0 ? link->viscous_Nms_rad : 0.0));
+}
+
+/* torque of the spring by its twist */
+static double spring(const link_state *s, double twist) {
+  double soft = twist > s->soft ? s->soft : twist < -s->soft ? -s->soft : twist;
+
+  return s->stiffness * twist - s->soft_loss * soft + s->hardening * twist * twist * twist;
 }
 
 /* One step, with motor and load amid it; the spring's torque on the link amid it. Teeth push and do not pull. */
@@ -75,7 +86,7 @@ static double step_link(link_state *s, double motor, double load) {
 
   s->angle += 0.5 * s->h * (s->speed - motor);
   beyond = s->angle > s->half ? s->angle - s->half : s->angle < -s->half ? s->angle + s->half : 0.0;
-  if (beyond != 0.0) force = -s->stiffness * beyond - s->damping * (s->speed - motor);
+  if (beyond != 0.0) force = -spring(s, beyond) - s->damping * (s->speed - motor);
   if (force * beyond > 0.0) force = 0.0;
   s->speed += s->h_over_inertia * (force - load);
   s->speed -= s->speed > s->dry ? s->dry : s->speed < -s->dry ? -s->dry : s->speed;

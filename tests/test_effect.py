@@ -73,16 +73,17 @@ def test_laws_against_their_formulas():
         ("nonlinear_viscous", (1.0, 0.2)): [-np.tanh(1.5)],
         ("position_friction", (0.0, 0.0)): [-0.4, -0.16, -0.064, -0.0256, 0.0, -1.0],
         ("position_friction", (0.1, 3.0)): [-0.3, -0.09, -0.027, -0.0081, -np.sin(0.9), -np.cos(0.9)],
+        ("position_friction", (0.1, 3.0, 0.2)): [-0.2, -0.04, -0.008, -0.0016, -np.sin(0.9), -np.cos(0.9)],  # beyond its range
         ("friction_drift", (60.0, 31.0)): [-(1 - np.exp(-0.5)), -0.3 * (1 - np.exp(-0.5)), -np.exp(-0.5),
                                            -0.3 * np.exp(-0.5), -1.0, -0.3],
         ("directional_efficiency", (1.0, 0.0)): [-2.5, 0.0],  # load and motion in one direction: driving
         ("kinematic_error", (2.0, 0.0)): [np.sin(2 * 51 * q), np.cos(2 * 51 * q), 0.0, 0.0,
                                           load * np.sin(2 * 51 * q), load * np.cos(2 * 51 * q)],
-        ("kinematic_error", (2.0, 4.0)): [x * f(2 * 51 * q) / (1 + (2 * 51 * v / (2 * np.pi * 4)) ** 2)
+        ("kinematic_error", (2.0, 4.0)): [x * f(2 * 51 * q) / (1 + (2 * 51 * v / (2 * np.pi * 4)) ** 4)
                                           for x, f in ((1, np.sin), (1, np.cos), (0, np.sin), (0, np.cos),
                                                        (load, np.sin), (load, np.cos))],
         ("cogging", (12.0, 0.0)): [51 * f(k * 12 * 51 * q) for k in (1, 2) for f in (np.sin, np.cos)],
-        ("cogging", (12.0, 18.0)): [51 * f(k * 12 * 51 * q) / (1 + (k * 12 * 51 * v / (2 * np.pi * 18)) ** 2)
+        ("cogging", (12.0, 18.0)): [51 * f(k * 12 * 51 * q) / (1 + (k * 12 * 51 * v / (2 * np.pi * 18)) ** 4)
                                     for k in (1, 2) for f in (np.sin, np.cos)],
         ("torque_saturation", (1.0,)): [51 * 0.02 * 0.02],
         ("torque_saturation", (0.0, 0.005)): [51 * 0.015],

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
 from scipy.signal import lfilter
 from talus import ffi, lib, pointer
 
@@ -67,6 +68,28 @@ def test_friction_at_the_link_holds_a_load_below_it():
     shape = {"stiffness_Nm_rad": 500.0, "inertia_kg_m2": 0.02, "friction_share": 1.0, "coulomb_Nm": 2.0, "step_s": 0.002}
     angle, torque = link_along(shape, np.zeros(n), np.zeros(n), np.full(n, 1.5))
     assert not angle.any() and not torque.any()
+
+
+def test_viscous_friction_stands_on_its_own_side():
+    """The link drags behind a motor at constant speed by its own share of viscous friction alone."""
+    n, speed = 4000, 0.7
+    shape = {"stiffness_Nm_rad": 400.0, "inertia_kg_m2": 0.02, "viscous_Nms_rad": 0.5, "step_s": 0.002}
+    motor = speed * 0.002 * np.arange(n)
+    for share in (0.0, 0.4, 1.0):
+        angle, torque = link_along({**shape, "viscous_share": share}, motor, np.full(n, speed), np.zeros(n))
+        assert torque[-1] == pytest.approx(share * 0.5 * speed, abs=1e-5)
+        assert angle[-1] == pytest.approx(-share * 0.5 * speed / 400.0, abs=1e-7)
+
+
+@pytest.mark.parametrize("load", [0.2, 1.5, 6.0])
+def test_a_spring_may_be_soft_at_first_and_harden(load):
+    n, k, soft, share, cube = 8000, 500.0, 0.002, 0.4, 2e6
+    shape = {"stiffness_Nm_rad": k, "soft_rad": soft, "soft_share": share, "hardening_Nm_rad3": cube,
+             "inertia_kg_m2": 0.02, "step_s": 0.002}  # fmt: skip
+    angle, torque = link_along(shape, np.zeros(n), np.zeros(n), np.full(n, load))
+    want = brentq(lambda x: share * k * min(x, soft) + k * max(x - soft, 0) + cube * x**3 - load, 0, 0.1)
+    assert angle[-1] == pytest.approx(-want, rel=1e-4)
+    assert torque[-1] == pytest.approx(load, rel=1e-4)
 
 
 @pytest.mark.parametrize("stiffness", [1.0, 1e3, 1e9])

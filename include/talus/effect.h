@@ -28,7 +28,7 @@ extern "C" {
 #endif
 
 #define TL_EFFECT_MAX_STRENGTHS 6
-#define TL_EFFECT_MAX_SHAPES 5
+#define TL_EFFECT_MAX_SHAPES 8
 #define TL_EFFECT_MAX_PARAMETERS (TL_EFFECT_MAX_STRENGTHS + TL_EFFECT_MAX_SHAPES)
 
 /* What a law may depend on: one joint at one instant. */
@@ -102,7 +102,8 @@ typedef struct tl_effect_stretch {
   const double *effort_Nm; /* the drive's torque where a sensor at the output was recorded. Nullable. */
   const tl_stop *stop[TL_MAX_JOINTS]; /* of each joint, rows as here */
   size_t stops[TL_MAX_JOINTS];
-  double *work; /* tl_effect_stretch_work(n) doubles */
+  const tl_window *window[TL_MAX_JOINTS]; /* that v and a come from; NULL: no matter how. Nullable. */
+  double *work;                           /* tl_effect_stretch_work(n) doubles */
 } tl_effect_stretch;
 
 typedef struct tl_effect_kind {

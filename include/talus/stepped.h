@@ -19,7 +19,10 @@ void tl_stepped_dahl(const double *position, size_t n, double travel, double pow
 /* A link behind a spring and a gap, driven by the motor's recorded motion. */
 typedef struct tl_stepped_link {
   double stiffness_Nm_rad, gap_rad; /* > 0; the whole lost motion, >= 0 */
-  double friction_share;            /* of the joint's friction that stands on the link's side, 0 to 1 */
+  double soft_rad, soft_share;      /* up to this twist only this share of the stiffness; 0 rad: none */
+  double hardening_Nm_rad3;         /* torque by the twist's cube, >= 0 */
+  double friction_share;            /* of the joint's dry friction that stands on the link's side, 0 to 1 */
+  double viscous_share;             /* of its viscous friction, 0 to 1 */
   double inertia_kg_m2;             /* of the link, > 0 */
   double coulomb_Nm, viscous_Nms_rad;
   double damping_s; /* of the spring: its damping over its stiffness */

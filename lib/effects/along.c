@@ -6,10 +6,11 @@
 
 #include "talus/math.h"
 
-#define SMALL 1e-5 /* [rad]: step of the slopes of the inverse dynamics */
+#define SMALL 1e-5    /* [rad]: step of the slopes of the inverse dynamics */
+#define FEWEST_ROWS 5 /* of a window of second order */
 
 size_t tl_effect_stretch_work(size_t n) {
-  return 4 * n;
+  return 4 * n + tl_reconstruct_workspace(n < TL_WINDOW_MAX_SAMPLES ? n : TL_WINDOW_MAX_SAMPLES);
 }
 
 /* ---- models ------------------------------------------------------------------ */
@@ -150,6 +151,36 @@ void tl_along_displaced(const tl_effect_stretch *s, const tl_model *link, int jo
     tl_along_copy(column, shift[0], s->n);
 }
 
+/* Rates of shift[0] over rows [begin, end) as the window gives them, if it reaches. */
+static void piece_as_recorded(const tl_effect_stretch *s, int joint, double *const shift[4], size_t begin,
+                              size_t end) {
+  size_t room = s->n < TL_WINDOW_MAX_SAMPLES ? s->n : TL_WINDOW_MAX_SAMPLES;
+  tl_window window = *s->window[joint];
+  tl_status status;
+
+  if (end < begin + FEWEST_ROWS) return;
+  if (window.order > (int)(end - begin) - 2) window.order = (int)(end - begin) - 2;
+  status =
+      tl_reconstruct(&window, s->t_s + begin, shift[0] + begin, end - begin, NULL, shift[1] + begin,
+                     shift[2] + begin, s->work + 4 * s->n, tl_reconstruct_workspace(room));
+  (void)status; /* too short for a window: the exact rates stand */
+}
+
+/* A fast wave moves the motor against it: what is left of both is small beside each, and comes out right only if both
+ * lose the same to the window, between the same stops. */
+static void as_recorded(const tl_effect_stretch *s, int joint, double *const shift[4]) {
+  size_t begin = 0, k;
+
+  if (!s->window[joint]) return;
+  for (k = 0; k < s->stops[joint]; k++) {
+    const tl_stop *stop = &s->stop[joint][k];
+    if (stop->before != TL_NO_ROW) piece_as_recorded(s, joint, shift, begin, stop->before + 1);
+    if (stop->after == TL_NO_ROW) return;
+    begin = stop->after;
+  }
+  piece_as_recorded(s, joint, shift, begin, s->n);
+}
+
 void tl_along_wave(const tl_effect_stretch *s, int joint, double order, int k, double *const shift[4]) {
   const tl_transmission *t = &s->model->drive[joint].transmission;
   double motor, ratio, slope, wave[2], v, a;
@@ -166,6 +197,7 @@ void tl_along_wave(const tl_effect_stretch *s, int joint, double order, int k, d
     shift[2][i] = (k == 0 ? wave[1] : -wave[0]) * a - wave[k] * v * v;
     shift[3][i] = ratio;
   }
+  as_recorded(s, joint, shift);
 }
 
 void tl_along_bridge(const tl_effect_stretch *s, int joint, double *column) {

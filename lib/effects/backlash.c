@@ -8,12 +8,12 @@ static void change(const double *value, tl_effect_change *to) {
   to->gap_rad += value[0] * value[1];
   to->compliance_rad_Nm += 1.0 / value[2];
   if (value[3] > to->damping_s) to->damping_s = value[3];
-  to->motor_share = value[5];
+  to->motor_share = value[6];
 }
 
 /* the joint swings between the teeth under the load of its motor's motion, half the gap to each side */
 static void along(const tl_effect_stretch *s, int joint, const double *shape, int shows, double *column) {
-  tl_along_behind p = {shape[1], shape[0], shape[2], shape[3], shape[4]};
+  tl_along_behind p = {shape[1], shape[0], shape[2], shape[3], shape[4], shape[5], 0.0, 1.0, 0.0};
 
   tl_along_link(s, &p, joint, shows, column);
 }
@@ -24,12 +24,13 @@ const tl_effect_kind tl_effect_backlash = {
     .places = TL_EFFECT_AT_JOINTS,
     .acts = TL_EFFECT_CHANGE,
     .strengths = 1,
-    .shapes = 5,
+    .shapes = 6,
     .parameter = {{"share", 0.0, 2.0, 1.0, 0, 0.0}, /* of the lost motion; 1 for what the gap says */
                   {"gap_rad", 1e-4, 0.1, 0.004, 0, 0.0},
                   {"stiffness_Nm_rad", 100.0, 100000.0, 3000.0, 0, 0.0},
                   {"damping_s", 0.0, 2.0, DAMPING_S, TL_OTHERWISE(DAMPING_S)},
-                  {"friction_share", 0.0, 1.0, 0.0, TL_RECORDED(0.0)}, /* beyond the gap */
+                  {"friction_share", 0.0, 1.0, 0.0, TL_RECORDED(0.0)}, /* beyond the gap, of the dry friction */
+                  {"viscous_share", 0.0, 1.0, 0.0, TL_RECORDED(0.0)},
                   {"motor_share", 0.02, 0.9, TL_EFFECT_MOTOR_SHARE, TL_OTHERWISE(TL_EFFECT_MOTOR_SHARE)}},
     .change = change,
     .along = along,

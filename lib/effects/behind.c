@@ -21,8 +21,12 @@ static tl_stepped_link link_of(const tl_effect_stretch *s, const tl_model *bare,
   link.inertia_kg_m2 = matrix[joint * tl_joint_count(bare) + joint];
   link.stiffness_Nm_rad = p->stiffness_Nm_rad;
   link.gap_rad = p->gap_rad;
+  link.soft_rad = p->soft_rad;
+  link.soft_share = p->soft_share;
+  link.hardening_Nm_rad3 = p->hardening_Nm_rad3;
   link.damping_s = p->damping_s;
   link.friction_share = p->friction_share;
+  link.viscous_share = p->viscous_share;
   link.coulomb_Nm = s->model->drive[joint].coulomb_Nm;
   link.viscous_Nms_rad = s->model->drive[joint].viscous_Nms_rad;
   link.step_s = mean_step_s(s);
@@ -34,7 +38,8 @@ static double rigid_torque(const tl_effect_stretch *s, const tl_along_behind *p,
                            size_t i) {
   const tl_drive *d = &s->model->drive[joint];
 
-  return load + p->friction_share * (d->coulomb_Nm * s->slip[joint][i] + d->viscous_Nms_rad * s->v[joint][i]);
+  return load + p->friction_share * d->coulomb_Nm * s->slip[joint][i] +
+         p->viscous_share * d->viscous_Nms_rad * s->v[joint][i];
 }
 
 void tl_along_link(const tl_effect_stretch *s, const tl_along_behind *p, int joint, int shows,

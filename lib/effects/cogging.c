@@ -6,7 +6,7 @@
 double tl_effect_ripple_shown(const tl_effect_instant *now, double per_turn, double fades_Hz) {
   double part = fades_Hz > 0.0 ? per_turn * now->v * now->ratio / (2.0 * TL_PI * fades_Hz) : 0.0;
 
-  return 1.0 / (1.0 + part * part);
+  return 1.0 / (1.0 + part * part * part * part);
 }
 
 static void law(const tl_effect_instant *now, const double *shape, double *torque, double *friction) {

@@ -4,7 +4,7 @@
 static void change(const double *value, tl_effect_change *to) {
   to->compliance_rad_Nm += value[0] / value[3] + value[1];
   if (value[4] > to->damping_s) to->damping_s = value[4];
-  to->motor_share = value[6];
+  to->motor_share = value[7];
 }
 
 /* the joint stands behind its motor by minus a torque, per unit of compliance */
@@ -26,7 +26,7 @@ static void twist(const tl_effect_stretch *s, int joint, int by_friction, int sh
 /* The joint swings on its spring against its motor, under the load of the motor's motion; or, where the spring
  * is stiff, it follows load and friction at once. */
 static void along(const tl_effect_stretch *s, int joint, const double *shape, int shows, double *column) {
-  tl_along_behind p = {shape[0], 0.0, shape[1], shape[2], shape[3]};
+  tl_along_behind p = {shape[0], 0.0, shape[1], shape[2], shape[3], shape[4], shape[5], shape[6], shape[7]};
   int k;
 
   tl_along_link(s, &p, joint, shows, column);
@@ -39,14 +39,18 @@ const tl_effect_kind tl_effect_elasticity = {
     .places = TL_EFFECT_AT_JOINTS,
     .acts = TL_EFFECT_CHANGE,
     .strengths = 3,
-    .shapes = 4,
+    .shapes = 8,
     .parameter = {{"share", 0.0, 2.0, 1.0, 0, 0.0}, /* of the twist; 1 for what the stiffness says */
                   {"compliance_rad_Nm", 0.0, 0.05, 0.0, TL_OTHERWISE(0.0)}, /* of a stiff spring */
                   {"friction_compliance_rad_Nm", 0.0, 0.05, 0.0, TL_RECORDED(0.0)},
                   {"stiffness_Nm_rad", 20.0, 100000.0, 1000.0, 0, 0.0},
                   {"damping_s", 0.0, 2.0, 0.001, 0, 0.0},
-                  {"friction_share", 0.0, 1.0, 0.0, TL_RECORDED(0.0)}, /* beyond the spring */
-                  {"motor_share", 0.02, 0.9, TL_EFFECT_MOTOR_SHARE, TL_OTHERWISE(TL_EFFECT_MOTOR_SHARE)}},
+                  {"friction_share", 0.0, 1.0, 0.0, TL_RECORDED(0.0)}, /* beyond the spring, of the dry friction */
+                  {"viscous_share", 0.0, 1.0, 0.0, TL_RECORDED(0.0)},
+                  {"motor_share", 0.02, 0.9, TL_EFFECT_MOTOR_SHARE, TL_OTHERWISE(TL_EFFECT_MOTOR_SHARE)},
+                  {"soft_rad", 0.0, 0.1, 0.0, TL_RECORDED(0.0)}, /* so far a share of the stiffness */
+                  {"soft_share", 0.0, 1.0, 1.0, TL_RECORDED(1.0)},
+                  {"hardening_Nm_rad3", 0.0, 1e10, 0.0, TL_RECORDED(0.0)}},
     .change = change,
     .along = along,
     .memory_s = 2.0,

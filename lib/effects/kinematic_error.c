@@ -17,6 +17,20 @@ static void law(const tl_effect_instant *now, const double *shape, double *torqu
   for (k = 0; k < 6; k++) friction[k] = 0.0;
 }
 
+/* by virtual work the motor feels the load by the slope of the angle that runs ahead, too */
+static void add_slope(const tl_effect_stretch *s, const tl_model *link, int joint, double order, int k,
+                      double *const shift[4], double *column) {
+  const tl_transmission *t = &s->model->drive[joint].transmission;
+  double *load = shift[1], wave[2];
+  size_t i;
+
+  tl_along_load(s, link, joint, load);
+  for (i = 0; i < s->n; i++) {
+    tl_sincos(order * tl_transmission_motor_angle(t, s->q[joint][i]), &wave[0], &wave[1]);
+    column[i] += load[i] * (k == 0 ? wave[1] : -wave[0]) * order * shift[3][i];
+  }
+}
+
 static void along(const tl_effect_stretch *s, int joint, const double *shape, int shows, double *column) {
   double *shift[4] = {s->work, s->work + s->n, s->work + 2 * s->n, s->work + 3 * s->n};
   tl_model link = tl_effect_bare_model(s->model);
@@ -27,6 +41,7 @@ static void along(const tl_effect_stretch *s, int joint, const double *shape, in
   for (k = 0; k < 2; k++) {
     tl_along_wave(s, joint, shape[0], k, shift);
     tl_along_displaced(s, &link, joint, shift, shows, column + (size_t)(2 + k) * s->n);
+    if (shows == joint) add_slope(s, &link, joint, shape[0], k, shift, column + (size_t)(2 + k) * s->n);
   }
 }
 

@@ -4,15 +4,17 @@
 #include "talus/math.h"
 
 static void law(const tl_effect_instant *now, const double *shape, double *torque, double *friction) {
-  double x = now->q - shape[0], power = x;
+  double x = now->q - shape[0], end = shape[2], power;
   int k;
 
   for (k = 0; k < 6; k++) torque[k] = 0.0;
+  tl_sincos(shape[1] * x, &friction[4], &friction[5]);
+  if (end > 0.0) x = x > end ? end : x < -end ? -end : x; /* what was fitted to a range says nothing beyond */
+  power = x;
   for (k = 0; k < 4; k++) {
     friction[k] = power;
     power *= x;
   }
-  tl_sincos(shape[1] * x, &friction[4], &friction[5]);
 }
 
 const tl_effect_kind tl_effect_position_friction = {
@@ -23,7 +25,7 @@ const tl_effect_kind tl_effect_position_friction = {
     .dry = 1,
     .needs_load_sensor = 0,
     .strengths = 6,
-    .shapes = 2,
+    .shapes = 3,
     .parameter = {{"slope_Nm_rad", -1e4, 1e4, 0.5, 0, 0.0},
                   {"bend_Nm_rad2", -1e6, 1e6, 1.0, 0, 0.0},
                   {"cubic_Nm_rad3", -1e8, 1e8, 0.0, TL_OTHERWISE(0.0)},
@@ -31,6 +33,7 @@ const tl_effect_kind tl_effect_position_friction = {
                   {"sine_Nm", -100.0, 100.0, 0.0, TL_OTHERWISE(0.0)},
                   {"cosine_Nm", -100.0, 100.0, 0.0, TL_OTHERWISE(0.0)},
                   {"middle_rad", -1000.0, 1000.0, 0.0, TL_OTHERWISE(0.0)}, /* the angle counts from here */
-                  {"wave_1_rad", 0.0, 10000.0, 0.0, TL_OTHERWISE(0.0)}},
+                  {"wave_1_rad", 0.0, 10000.0, 0.0, TL_OTHERWISE(0.0)},
+                  {"range_rad", 0.0, 1000.0, 0.0, TL_OTHERWISE(0.0)}}, /* of the polynomial, to each side; 0: any */
     .law = law,
 };

@@ -8,11 +8,15 @@ by the channel's noise, so that their sum of squares is chi-square with (rows x 
 
 import numpy as np
 
+import talus
+
 from . import noise
 from .linkage import transmission
 
 SCORED, NEAR_STOP = 1, 2
 FOLDS = 5
+PRIOR_WIDTH = 0.2  # of a base parameter: a drawing's standard deviation; more where identification moved it farther
+PRIOR_WIDTH_OF_ONE_JOINT = 20.0  # whose model may be no drawing but a first guess
 HARDLY_MOVES = 0.2  # share of the time
 LARGEST_RATIO = 1.15  # of noise between periods to noise between samples, where both are the same noise
 MOST_ROWS = 30000  # of one kind of channel
@@ -37,6 +41,9 @@ class Evidence:
         self.leg = model.plant == "leg"
         self.joints, self.bases = len(model.joints), len(model.base)
         self.prior = np.array(list(model.base.values()))
+        moved = np.abs(np.array(list(talus.Model.from_tree(tree).base.values())) - self.prior)
+        width = PRIOR_WIDTH if self.leg else PRIOR_WIDTH_OF_ONE_JOINT
+        self.prior_width = np.maximum(width * np.abs(self.prior), moved)
         self.velocity_only = model.plant == "pendulum" and "joint_rad" not in tracks[0].columns
         self.load_sensor = "joint_load_Nm" in tracks[0].columns
         if self.leg:

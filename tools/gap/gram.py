@@ -40,7 +40,7 @@ class Gram:
     """Products of base columns, candidate columns and reading."""
 
     def __init__(self, evidence, scenes, candidates):
-        self.evidence, self.folds = evidence, evidence.fold_count
+        self.evidence, self.scenes, self.folds = evidence, scenes, evidence.fold_count
         self.first = evidence.bases + len(evidence.angle_kinds)
         self.columns = list(dict.fromkeys(c for candidate in candidates for c in candidate.columns))
         self.place = {column: k for k, column in enumerate(self.columns)}
@@ -48,8 +48,9 @@ class Gram:
         self.plain = [self._plain_rows(layout) for layout in self.layouts]
         self.rows = [np.zeros((0, 0), np.float32)] * len(self.layouts)
         self.owner = [np.zeros(0, int)] * len(self.layouts)  # the column of each row kept
+        self._made = {}  # rows of columns beyond these, by column
         if self.columns:
-            self._fill(scenes)
+            self._fill()
         self._prepare(candidates)
 
     # ---- rows ----------------------------------------------------------------------
@@ -64,10 +65,10 @@ class Gram:
             layout.put(out[-1], record, channel.values[channel.thinned])
         return out
 
-    def _fill(self, scenes):
+    def _fill(self):
         kept = [([], np.zeros((len(self.columns), layout.rows), np.float32)) for layout in self.layouts]
         for number, column in enumerate(self.columns):
-            shown = [column(scene) for scene in scenes]
+            shown = [column(scene) for scene in self.scenes]
             for layout, (owner, rows) in zip(self.layouts, kept):
                 if not any(layout.kind in s for s in shown):
                     continue
@@ -93,24 +94,44 @@ class Gram:
     def own(self, candidate):
         """Products (folds, k, k) of a candidate's columns among themselves."""
         if candidate not in self._own:
-            self._own[candidate] = self.among(self.gathered(self.of(candidate)))
+            self._own[candidate] = self.among(self.gathered(candidate.columns))
         return self._own[candidate]
 
     def of(self, candidate):
-        """Numbers of a candidate's columns."""
+        """Numbers of the columns of a candidate that the search began with."""
         return [self.place[column] for column in candidate.columns]
 
     def gathered(self, columns):
-        """Rows of some columns, one matrix (columns, rows) a layout; zeros where a column does not show."""
-        out = []
-        for layout, owner, rows in zip(self.layouts, self.owner, self.rows):
-            part = np.zeros((len(columns), layout.rows))
-            for k, column in enumerate(columns):
-                where = np.flatnonzero(owner == column)
-                if len(where):
-                    part[k] = rows[where[0]]
-            out.append(part)
+        """Rows of some columns, whichever, one matrix (columns, rows) a layout; zeros where a column does not show."""
+        out = [np.zeros((len(columns), layout.rows)) for layout in self.layouts]
+        for k, column in enumerate(columns):
+            for part, rows in zip(out, self._rows_of(column)):
+                part[k] = rows
         return out
+
+    def _rows_of(self, column):
+        """Rows of one column, a vector (or 0) a layout."""
+        number = self.place.get(column)
+        if number is None:
+            if column not in self._made:
+                self._made[column] = self._make(column)
+            return self._made[column]
+        where = [np.flatnonzero(owner == number) for owner in self.owner]
+        return [rows[w[0]] if len(w) else 0.0 for rows, w in zip(self.rows, where)]
+
+    def _make(self, column):
+        shown = [column(scene) for scene in self.scenes]
+        out = [np.zeros(layout.rows, np.float32) for layout in self.layouts]
+        for layout, rows in zip(self.layouts, out):
+            for record, channel in layout.channel.items():
+                if layout.kind in shown[record]:
+                    layout.put(rows, record, shown[record][layout.kind][channel.thinned])
+        return out
+
+    def forget(self, kept):
+        """Leaves of the columns made since the begin only those of the candidates `kept`."""
+        wanted = {column for candidate in kept for column in candidate.columns}
+        self._made = {column: rows for column, rows in self._made.items() if column in wanted}
 
     def among(self, matrices):
         """Gram matrices (folds, k, k) of rows, one matrix a layout."""
@@ -154,7 +175,7 @@ class Gram:
             gram[..., new[:, None], old] = np.swapaxes(gram[..., old[:, None], new], -1, -2)
             gram[..., new, -1] = gram[..., -1, new] = np.moveaxis(beside[:, self.first][:, places], 1, 0)
             gram[..., new[:, None], new] = np.array([self.own(c) for c in group])
-            chi2, strengths = held_out(gram)
+            chi2, strengths = self._held_out(gram)
             out.update({c: (x, s[len(self.base):]) for c, x, s in zip(group, chi2, strengths)})
         return [out[c] for c in candidates]
 
@@ -167,10 +188,32 @@ class Gram:
         order = [*self.base, *range(self.first + 1, self.first + 1 + len(columns)), self.first]
         return self._bordered(self.gathered(columns))[:, order][:, :, order]
 
+    def prior_rows(self):
+        """What is known of the base parameters before: (unknowns, rows) and readings, in chi-square's unit. Far less than
+        recordings tell, but for effects that could stand for a parameter: a spring for gravity, say."""
+        given, width = self.evidence.prior, self.evidence.prior_width
+        known = np.flatnonzero(given)
+        rows, weight = np.zeros((self.first, len(known))), 1 / width[known]
+        rows[known, np.arange(len(known))] = weight
+        return rows, weight * given[known]
+
+    def _prior(self, size):
+        """Products of prior_rows() in the order of a fit with `size` unknowns and the reading."""
+        rows, reading = self.prior_rows()
+        every = np.zeros((size + 1, rows.shape[1]))
+        every[:len(self.base)], every[-1] = rows[self.base], reading
+        return every @ every.T
+
     def held_out(self, columns):
         """Chi-square on held-out folds, and the strengths of `columns` in the fit to everything."""
-        chi2, strengths = held_out(self._gram(columns)[None])
+        chi2, strengths = self._held_out(self._gram(columns)[None])
         return float(chi2[0]), strengths[0][len(self.base):]
+
+    def _held_out(self, gram):
+        """Gram matrices (m, folds, p + 1, p + 1) whose last column is the reading: chi-square on the held-out folds (m),
+        and the fit to everything (m, p)."""
+        total, prior = gram.sum(1), self._prior(gram.shape[-1] - 1)
+        return squares(gram, solve(total[:, None] - gram + prior)).sum(1), solve(total + prior)
 
     def held_out_blocks(self, columns):
         """Chi-square of each block by the fit that has not seen its fold, for each kind of channel: {kind: (blocks)}."""
@@ -187,18 +230,11 @@ class Gram:
         Base columns that the data cannot see are 0."""
         gram = self._gram(columns)
         total = gram.sum(0)
-        found = solve(np.concatenate([total - gram, total[None]]))
+        found = solve(np.concatenate([total - gram, total[None]]) + self._prior(len(total) - 1))
         out = np.zeros((len(found), self.first + len(columns)))
         out[:, self.base] = found[:, :len(self.base)]
         out[:, self.first:] = found[:, len(self.base):]
         return out
-
-
-def held_out(gram):
-    """Gram matrices (m, folds, p + 1, p + 1) whose last column is the reading: chi-square on the held-out folds (m),
-    and the fit to everything (m, p)."""
-    total = gram.sum(1)
-    return squares(gram, solve(total[:, None] - gram)).sum(1), solve(total)
 
 
 def solve(gram):

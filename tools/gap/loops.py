@@ -8,7 +8,6 @@ from talus import ffi, lib, pointer
 
 MOST_STEPS = 60  # of the link for one sample
 LARGEST_STEP = 1.0  # rad: beyond it a stepped oscillation grows
-DAMPING_RATIO = 0.1  # of the spring: metal gears, and enough for the free motion to die out
 
 
 def dahl(position, travel, power, first=0.0):
@@ -20,15 +19,22 @@ def dahl(position, travel, power, first=0.0):
 
 @dataclass(frozen=True)
 class LinkShape:
-    """A link behind a spring [Nm/rad] and a gap of +-half [rad]; `share` of the friction stands on the link's side."""
+    """A link behind a spring [Nm/rad] and a gap of +-half [rad]; `dry` and `viscous` are the shares of that friction on
+    the link's side, `motor` the share of the joint's own inertia on the motor's."""
 
     stiffness: float
     half: float
-    share: float
+    dry: float
+    viscous: float
+    motor: float
+    damping_ratio: float
+    soft_rad: float = 0.0  # so far the spring has only a share of its stiffness
+    soft_share: float = 1.0
+    hardening: float = 0.0  # Nm/rad^3
 
     def damping_s(self, inertia):
         """Damping of the spring over its stiffness."""
-        return 2 * DAMPING_RATIO * np.sqrt(inertia / self.stiffness)
+        return 2 * self.damping_ratio * np.sqrt(inertia / self.stiffness)
 
 
 def link_behind(shape, t_s, motor, other_Nm, first_Nm, inertia, coulomb_Nm, viscous):
@@ -37,7 +43,8 @@ def link_behind(shape, t_s, motor, other_Nm, first_Nm, inertia, coulomb_Nm, visc
     The motor's angle and speed (at the joint) are given, and the torque `other_Nm` that the link needs besides its
     inertia and friction; at the begin the spring carries `first_Nm`."""
     link = ffi.new("tl_stepped_link *", {
-        "stiffness_Nm_rad": shape.stiffness, "gap_rad": 2 * shape.half, "friction_share": shape.share,
+        "stiffness_Nm_rad": shape.stiffness, "gap_rad": 2 * shape.half, "soft_rad": shape.soft_rad, "soft_share": shape.soft_share,
+        "hardening_Nm_rad3": shape.hardening, "friction_share": shape.dry, "viscous_share": shape.viscous,
         "damping_s": shape.damping_s(inertia), "inertia_kg_m2": inertia, "coulomb_Nm": coulomb_Nm,
         "viscous_Nms_rad": viscous, "first_Nm": first_Nm,
         "step_s": (t_s[-1] - t_s[0]) / (len(t_s) - 1)})  # fmt: skip

@@ -38,6 +38,19 @@ def block_length_s(time_s):
     return float(np.clip(time_s / WANTED_BLOCKS, SHORTEST_BLOCK_S, BLOCK_S))
 
 
+def mismatches(angles):
+    """Mean square of what each angle differs from itself at every lag, over twice its variance; the largest of all."""
+    out = []
+    for angle in angles:
+        x, n = angle - np.mean(angle), len(angle)
+        turned = np.fft.rfft(x, 2 * n)
+        common = np.fft.irfft(np.abs(turned) ** 2, 2 * n)[:n]
+        energy = np.concatenate([[0.0], np.cumsum(x * x)])
+        lags = np.arange(n)
+        out.append((energy[n - lags] + energy[n] - energy[lags] - 2 * common) / (n - lags) / (2 * np.var(x) + 1e-30))
+    return np.max(out, axis=0)
+
+
 def find_period_s(track):
     """Shortest lag at which all joint angles repeat, or None."""
     angles = [track.resample(q) for q in track.q]
@@ -45,12 +58,10 @@ def find_period_s(track):
     if len(track.parts) != 1 or min(np.var(x) for x in angles) < 1e-12:
         return None
 
-    def mismatch(lag):
-        return max(np.mean((x[lag:] - x[:-lag]) ** 2) / (2 * np.var(x) + 1e-30) for x in angles)
-
+    every = mismatches(angles)
     stride = max(1, int(0.02 / step_s))
     lags = np.arange(int(SHORTEST_PERIOD_S / step_s), int(min(n / 2.5, LONGEST_PERIOD_S / step_s)), stride)
-    found = np.array([mismatch(lag) for lag in lags])
+    found = every[lags]
     below = np.flatnonzero(found < REPEATS_BELOW)
     if not len(below):
         return None
@@ -58,7 +69,7 @@ def find_period_s(track):
     while k + 1 < len(found) and found[k + 1] < found[k]:
         k += 1
     near = np.arange(max(1, lags[k] - stride), lags[k] + stride + 1)
-    fine = [mismatch(lag) for lag in near]
+    fine = every[near]
     i = int(np.argmin(fine))
     shift = 0.0
     if 0 < i < len(fine) - 1:  # parabola through the three lowest

@@ -11,36 +11,25 @@ LEAST_STEP = 1.0  # of the cost: less is not worth another shape
 RIDGE = 1e-10  # of unit columns: keeps what cannot be told apart solvable
 
 
-def made(search, candidate):
-    """Rows of a candidate's columns, one matrix a layout; those that the search keeps are not made again."""
-    gram = search.gram
-    if all(column in gram.place for column in candidate.columns):
-        return gram.gathered(gram.of(candidate))
-    out = [np.zeros((len(candidate.columns), layout.rows)) for layout in gram.layouts]
-    for k, column in enumerate(candidate.columns):
-        for record, scene in enumerate(search.scenes):
-            shown = column(scene)
-            for layout, rows in zip(gram.layouts, out):
-                if layout.kind in shown and record in layout.channel:
-                    layout.put(rows[k], record, shown[layout.kind][layout.channel[record].thinned])
-    return out
-
-
 class Rows:
     """All weighted rows of a search for some effects, channel kind after channel kind: (unknowns, rows) of base columns,
     constants and the effects' columns, and the readings."""
 
     def __init__(self, search, chosen):
-        every = [made(search, candidate) for candidate in chosen]
+        every = [search.gram.gathered(candidate.columns) for candidate in chosen]
         self.parts = [(np.concatenate([plain[:-1], *own]), plain[-1])
                       for plain, *own in zip(search.gram.plain, *every)]  # fmt: skip
+        known, self.prior_reading = search.gram.prior_rows()
+        self.prior = np.vstack([known, np.zeros((len(self.parts[0][0]) - len(known), known.shape[1]))])
         self.norm = np.sqrt(sum((rows**2).sum(1) for rows, _ in self.parts))
         self.used = np.flatnonzero(self.norm > 0)
 
     def solve(self, weights):
         """The unknowns that fit best (0 where nothing tells), with a weight for each kind."""
-        gram = sum(w * w * rows @ rows.T for (rows, _), w in zip(self.parts, weights))[np.ix_(self.used, self.used)]
-        right = sum(w * w * rows @ reading for (rows, reading), w in zip(self.parts, weights))[self.used]
+        gram, right = self.prior @ self.prior.T, self.prior @ self.prior_reading
+        for (rows, reading), w in zip(self.parts, weights):
+            gram, right = gram + w * w * rows @ rows.T, right + w * w * rows @ reading
+        gram, right = gram[np.ix_(self.used, self.used)], right[self.used]
         unit, out = self.norm[self.used], np.zeros(len(self.norm))
         scaled = gram / np.outer(unit, unit) + RIDGE * np.eye(len(unit))
         out[self.used] = np.linalg.solve(scaled, right / unit) / unit
@@ -71,12 +60,14 @@ def cost(search, chosen, i):
 
 
 def best_shapes(search, chosen):
-    """The chosen effects in the shapes that suit all kinds of readings alike, between the grid's too."""
+    """The chosen effects, those that show in angles, too, in the shapes that suit all kinds of readings alike: the search
+    has taken the shapes that suit the finest sensor."""
     chosen = [part for c in chosen for part in (c.parts or (c,))]
     for i, old in enumerate(chosen):
-        others, alone = [old], [c.key for c in chosen].count(old.key) == 1
-        if alone and any(set(column(search.scenes[0])) & {"E", "K", "F"} for column in old.columns):
-            others = [c for c in search.gram.candidates if c.key == old.key]
+        if not any(set(column(search.scenes[0])) & {"E", "K", "F"} for column in old.columns):
+            continue
+        alone = [c.key for c in chosen].count(old.key) == 1
+        others = [old, *(c for c in search.gram.candidates if alone and c.key == old.key)]
         costs = [cost(search, [*chosen[:i], other, *chosen[i + 1:]], i) for other in others]
         chosen[i] = others[int(np.argmin(costs))]
         moved(search, chosen, i, min(costs))
@@ -103,7 +94,8 @@ def joint_fit(search, chosen, model):
     if not set(range(bases)) <= set(used):
         return None
     weights, best, _ = rows.settle()
-    root = np.linalg.qr(np.hstack([w * part[used] for (part, _), w in zip(rows.parts, weights)]).T, mode="r")
+    every = [rows.prior[used], *(w * part[used] for (part, _), w in zip(rows.parts, weights))]
+    root = np.linalg.qr(np.hstack(every).T, mode="r")
     free = np.full(search.gram.first - bases, np.inf)
     low, high = (np.concatenate([sign * free, *(limits(c, side) for c in chosen)]) for sign, side in ((-1, 0), (1, 1)))
     seen = used[bases:] - bases

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from .catalogue import candidates
+from .catalogue import candidates, sparse
 from .catalogue.candidate import joined
 from .figures import Residuals
 from .gram import Gram
@@ -26,6 +26,11 @@ BEAM = 3
 JOINABLE = ("cogging", "kinematic_error", "base_compliance")
 JOINED_MUST_CLOSE = 0.2
 MOST_JOINED = 4
+REFINED = 3  # of the best effects, between the grid's shapes
+REFINED_WITHIN = 2.5  # times the best excess on the grid
+STEP_SHARES = (0.5, 0.25, 0.12)  # of a shape's first step
+MOST_ROUNDS = 3  # through all values with one step
+LEAST_REFINEMENT = 2.0  # chi-square: less is not worth another shape
 
 
 class Fit:
@@ -38,11 +43,11 @@ class Fit:
 class Search:
     """Candidates at identified base parameters, and the fits among them."""
 
-    def __init__(self, evidence, base):
+    def __init__(self, evidence, base, choose=list):
         self.evidence = evidence
         self.scenes = [Scene(evidence, record, base) for record in range(len(evidence.tracks))]
         self.extent = Extent(self.scenes)
-        self.gram = Gram(evidence, self.scenes, candidates(evidence, self.scenes, self.extent))
+        self.gram = Gram(evidence, self.scenes, choose(candidates(evidence, self.scenes, self.extent)))
         self.freedom = evidence.freedom()
         self.least_step = LEAST_STEP + LEAST_STEP_PER_FREEDOM * self.freedom
         self.plain = self.fit([])
@@ -56,7 +61,7 @@ class Search:
         return TOLERATED_PER_FREEDOM * self.evidence.freedom(kind) + TOLERATED_OF_SIGNAL**2 * signal
 
     def columns(self, chosen):
-        return [place for candidate in chosen for place in self.gram.of(candidate)]
+        return [column for candidate in chosen for column in candidate.columns]
 
     def fit(self, chosen):
         """The excess over noise that these candidates leave on held-out blocks, and each one's strengths."""
@@ -110,6 +115,55 @@ class Search:
                     fit = Fit(order, found.excess, [*found.strengths[:i], found.strengths[-1], *found.strengths[i:-1]])
         return fit
 
+    def refined(self, fit, place):
+        """One effect's shape moved downhill between the grid's, one value after the other, with ever smaller steps."""
+        done = None  # the step that moves nothing any more
+        for share in (s for s in STEP_SHARES for _ in range(MOST_ROUNDS)):
+            if share == done:
+                continue
+            before = fit
+            for number in range(len(fit.chosen[place].family.values) if fit.chosen[place].family else 0):
+                fit = self._moved(fit, place, number, share)
+            done = share if fit is before else None
+        self.gram.forget(fit.chosen)
+        return fit
+
+    def _moved(self, fit, place, number, share):
+        """One value of one effect's shape moved up or down, where that is better."""
+        for side in (1, -1):
+            found, better = self._beside_on(fit, place, number, side * share)
+            if better:
+                return found
+        return fit
+
+    def all_refined(self, fit):
+        """Every effect's shape, the last one's first: it has only been looked for on the grid."""
+        for place in reversed(range(len(fit.chosen))):
+            fit = self.refined(fit, place)
+        return fit
+
+    def singles(self):
+        """The best shape of every (effect, joint), best first, the first few between the grid's."""
+        found = self.scan([])
+        return self.nearest_refined(found, 0, found[0].excess) if found else []
+
+    def nearest_refined(self, found, place, best):
+        """Ranked fits, the effect at `place` of the first few between the grid's shapes if they come near the `best` excess;
+        ranked again."""
+        near = [fit for fit in found[:REFINED] if fit.excess < REFINED_WITHIN * max(best, self.tolerated)]
+        found = [self.refined(fit, place) for fit in near] + found[len(near):]
+        return sorted(found, key=lambda fit: fit.excess)
+
+    def _beside_on(self, fit, place, number, share):
+        """(fit, is it better): one value of one effect's shape moved by a share of its step."""
+        other = fit.chosen[place].family.beside(number, abs(share), np.sign(share))
+        if other is None:
+            return fit, False
+        found = self.fit([*fit.chosen[:place], other, *fit.chosen[place + 1:]])
+        within = all(c.within_range(s) for c, s in zip(found.chosen, found.strengths))
+        better = within and found.excess < fit.excess - LEAST_REFINEMENT
+        return (found, True) if better else (fit, False)
+
     def step(self, before, after):
         """What a step from one fit to another gains: (tempered gain, deviations over the blocks, share closed of what
         stood open where the new effect shows)."""
@@ -156,12 +210,12 @@ class Search:
         following = [found[0] for start in singles[:BEAM] if (found := self.scan(start.chosen))]
         if not following:
             return best
-        second = self.reshaped(min(following, key=lambda fit: fit.excess))
+        second = self.all_refined(self.reshaped(min(following, key=lambda fit: fit.excess)))
         if not self.significant(best, second, self.must_close(best, second.chosen[-1], SECOND_MUST_CLOSE)):
             return best
         if self._worth_more(second) and (third := self.scan(second.chosen)):
             if self.significant(second, third[0], self.must_close(second, third[0].chosen[-1], THIRD_MUST_CLOSE)):
-                return self.ordered(third[0])
+                return self.ordered(self.all_refined(third[0]))
         return self.ordered(second)
 
     def _worth_more(self, fit):
@@ -192,23 +246,24 @@ def plain_base(evidence):
 def search(evidence, base, step=lambda text: None):
     """(search, fit): the search at the parameters that suit the best effect, and the effects chosen."""
     step("candidates")
-    first = Search(evidence, base)
+    first = Search(evidence, base, sparse)
     step("single effects")
     singles = first.scan([])
     # candidates are made of the plain model's torques, and coloured noise shows beside a model that knows the motion:
     # once more, at parameters fitted with the best effect
-    best = singles[0] if singles and first.significant(first.plain, singles[0], 0.0) else first.plain
+    best = first.plain
+    if singles and first.significant(first.plain, singles[0], 0.0):
+        best = first.refined(singles[0], 0)
     again = first.gram.fold_strengths(first.columns(best.chosen))[-1][:evidence.bases]
     left = Residuals(first, best.chosen)
     evidence.find_sigma(lambda c: left.of[c.record, c.kind])
-    if not best.chosen and evidence.periodic:
-        return first, first.plain
-    if np.all(np.isfinite(again)):
-        del first, singles, best
-        step("candidates, once more")
-        first = Search(evidence, again)
+    if not np.all(np.isfinite(again)) or not best.chosen:
+        again = base
+    del first, singles, best
+    step("candidates, once more")
+    second = Search(evidence, again)
     step("combinations")
-    singles = first.scan([])
-    if not singles or not first.significant(first.plain, singles[0], 0.0):
-        return first, first.plain
-    return first, first.extended(singles)
+    singles = second.singles()
+    if not singles or not second.significant(second.plain, singles[0], 0.0):
+        return second, second.plain
+    return second, second.extended(singles)

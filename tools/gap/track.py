@@ -44,8 +44,15 @@ class Track:
                 column = ffi.buffer(space.raw[joint] + k * space.capacity, 8 * (end - begin))
                 self.raw[joint][begin:end, base] = np.frombuffer(column)
         stops = [self._stops(space, joint, begin) for joint in range(self.joints)]
-        self.parts.append({"begin": begin, "end": end, "stops": stops, "rows": rows, "n": len(rows[0].t)})
+        every = [self._every_stop(space, joint) for joint in range(self.joints)]
+        self.parts.append({"begin": begin, "end": end, "stops": stops, "every_stop": every, "rows": rows, "n": len(rows[0].t)})
         del alive
+
+    @staticmethod
+    def _every_stop(space, joint):
+        """(before, after, begin [s]) as the library has them, rows within the segment."""
+        found = (space.track.stop[joint][k] for k in range(space.track.stops[joint]))
+        return [(s.before, s.after, s.begin_s) for s in found]
 
     def _stops(self, space, joint, begin):
         """(last sample before, first sample after, begin [s]) of each short stop of a joint."""

@@ -15,8 +15,6 @@ TEMPER_OF_EXCESS = 0.0005
 LEAST_PART_OF_ALL = 0.25  # of the excess, closed at one joint, for a verdict on that joint alone
 STEPS_WITHIN_TOLERANCE = 3.0  # least steps that a gain must be worth where the tolerance alone explains the excess
 STEPS_WIDTH = 0.5
-COLUMN_PENALTY = 0.35  # of the logarithm, for each further column: a simpler form is a little likelier
-PRIOR = {("asymmetric_friction", "Coulomb"): 0.4, ("current_offset", "beside a sensor"): 0.3}  # a constant is a current's zero more often than friction's
 LEAST_PROBABILITY = 1e-4  # below it an alternative is not worth a line
 CONFUSABLE_ABOVE = 0.05
 
@@ -51,12 +49,6 @@ def logistic(x):
     return 1.0 / (1.0 + math.exp(-x))
 
 
-def prior(candidate, evidence):
-    """How likely a form is before the data, relative to others."""
-    beside = 0.3 if evidence.load_sensor and candidate.effect == "torque_saturation" else 1.0  # the constant itself is likelier
-    return beside * PRIOR.get((candidate.effect, candidate.shape), 1.0) * math.exp(-COLUMN_PENALTY * (len(candidate.columns) - 1))
-
-
 def too_little(search, fit):
     """Probability that what was gained within the tolerance is no effect."""
     gain = (search.plain.excess - fit.excess) / search.least_step
@@ -87,6 +79,13 @@ def temper_of(search, left, before):
     return TEMPER + of_rest * left + TEMPER_OF_EXCESS * before
 
 
+def rivals(search, fit):
+    """The fit, and what could stand in its first effect's place; the nearest as well refined as that."""
+    found = [other for other in search.scan(fit.chosen[1:]) if other.chosen[-1].key != fit.chosen[0].key]
+    mine = search.fit([*fit.chosen[1:], fit.chosen[0]])
+    return [mine, *search.nearest_refined(found, len(mine.chosen) - 1, fit.excess)]
+
+
 def judge(search, fit):
     """The verdict on a search's outcome, and the fit with the named effect in front."""
     tolerated, irregular = search.tolerated, search.evidence.irregular_excess()
@@ -98,11 +97,11 @@ def judge(search, fit):
     most_open = UNKNOWN_SHARE if search.evidence.joints > 1 else UNKNOWN_SHARE_OF_ONE_JOINT
     unknown = logistic((math.log(max(open_share, 1e-4)) - math.log(most_open)) / LOGIT_WIDTH)
     temper = temper_of(search, left, before)
-    others = search.scan(fit.chosen[1:])
+    others = rivals(search, fit)
     weight = []
     for other in others:
         added = other.chosen[-1]
-        weight.append(prior(added, search.evidence) * math.exp(-0.5 * max(other.excess - fit.excess, 0) / temper))
+        weight.append(added.weight(other.strengths[-1]) * math.exp(-0.5 * max(other.excess - fit.excess, 0) / temper))
     total = float(np.sum(weight))
     nothing = too_little(search, fit) if before < tolerated else 0.0
     probabilities = [(w / total * (1 - unknown) * (1 - nothing), *o.chosen[-1].key) for w, o in zip(weight, others)]

@@ -4,18 +4,21 @@ import numpy
 
 from ._library import ffi
 
-_C_TYPES = {
-    "float64": "double[]",
-    "float32": "float[]",
-    "int8": "int8_t[]",
-    "uint8": "uint8_t[]",
-    "bool": "uint8_t[]",
-    "int16": "int16_t[]",
-    "uint16": "uint16_t[]",
-    "int32": "int32_t[]",
-    "uint32": "uint32_t[]",
-    "int64": "int64_t[]",
-    "uint64": "uint64_t[]",
+_C_TYPES = {  # by dtype: looking up its name costs more than a short call
+    numpy.dtype(name): ffi.typeof(c_type)
+    for name, c_type in {
+        "float64": "double[]",
+        "float32": "float[]",
+        "int8": "int8_t[]",
+        "uint8": "uint8_t[]",
+        "bool": "uint8_t[]",
+        "int16": "int16_t[]",
+        "uint16": "uint16_t[]",
+        "int32": "int32_t[]",
+        "uint32": "uint32_t[]",
+        "int64": "int64_t[]",
+        "uint64": "uint64_t[]",
+    }.items()
 }
 
 
@@ -30,7 +33,7 @@ def pointer(array):
         return ffi.NULL
     if not isinstance(array, numpy.ndarray) or not array.flags.c_contiguous:
         raise TypeError("a C-contiguous numpy array is wanted")
-    c_type = _C_TYPES.get(array.dtype.name)
-    if c_type is None or not array.dtype.isnative:
+    c_type = _C_TYPES.get(array.dtype)  # another byte order is another dtype
+    if c_type is None:
         raise TypeError(f"no C type for elements of {array.dtype}")
     return ffi.from_buffer(c_type, array)

@@ -1,7 +1,13 @@
 """Candidates: every effect of the catalogue at every joint where it makes sense, each in several shapes."""
 
+from collections import Counter
+
 from . import drive, friction, leg, transmission
 from .candidate import Candidate, Place
+
+
+FEWEST_SHAPES = 4  # of an effect at a joint, that are all tried in a first look
+SPARSE, SPARSE_FAMILY = 2, 3  # of more shapes every second; of those that are refined afterwards every third
 
 
 def candidates(evidence, scenes, extent):
@@ -16,4 +22,15 @@ def candidates(evidence, scenes, extent):
     return out
 
 
-__all__ = ["Candidate", "Place", "candidates"]
+def sparse(every):
+    """Every second or third shape of each effect at each joint, for a first look."""
+    count, seen, out = Counter(c.key for c in every), Counter(), []
+    for candidate in every:
+        step = SPARSE_FAMILY if candidate.family else SPARSE
+        if count[candidate.key] <= FEWEST_SHAPES or seen[candidate.key] % step == 0:
+            out.append(candidate)
+        seen[candidate.key] += 1
+    return out
+
+
+__all__ = ["Candidate", "Place", "candidates", "sparse"]

@@ -10,6 +10,14 @@ from talus import ffi, lib, pointer
 
 
 LEAST_HALF_RANGE_RAD = 0.05
+COLUMN_PENALTY = 0.35  # of the logarithm, for each further column
+UNUSUAL_WIDTH = 0.5  # of the logarithm of a size beyond what is usual
+
+
+def usual(size, low, high):
+    """Likelihood of an effect's size that usually lies between `low` and `high`."""
+    beyond = max(math.log(low / max(size, 1e-12)), math.log(max(size, 1e-12) / high), 0.0)
+    return math.exp(-0.5 * (beyond / UNUSUAL_WIDTH) ** 2)
 
 
 @dataclass(frozen=True)
@@ -48,6 +56,12 @@ class Candidate:
     saved: Callable | None = None  # where they differ from `parameters`
     family: Family | None = None
     parts: tuple = ()
+    prior: Callable | None = None  # how likely these strengths are before the data, to others; 1 where it is None
+
+    def weight(self, strengths):
+        """How likely the form is before the data, relative to others: a simpler one is a little likelier."""
+        own = self.prior(strengths) if self.prior else 1.0
+        return own * math.exp(-COLUMN_PENALTY * (len(self.columns) - 1))
 
     def within_range(self, strengths):
         low = self.low is None or all(x >= limit for x, limit in zip(strengths, self.low))
@@ -189,9 +203,10 @@ def _stretch(scene, model, part):
     alive = [model, np.ascontiguousarray(scene.t_s[begin:end]), np.empty(lib.tl_effect_stretch_work(end - begin))]
     stretch.model, stretch.n, stretch.t_s, stretch.work = model.struct, end - begin, pointer(alive[1]), pointer(alive[2])
     for j in range(scene.evidence.joints):
-        stops = [(before - begin, after - begin, begin_s) for before, after, begin_s in part["stops"][j]]
+        stops, sensing = part["every_stop"][j], scene.track.regression.struct.sensing[j]
         alive.append(ffi.new("tl_stop[]", stops))
         stretch.stop[j], stretch.stops[j] = alive[-1], len(stops)
+        stretch.window[j] = ffi.NULL if sensing.across else ffi.addressof(sensing, "window")
         for name in ("q", "v", "a", "slip"):
             alive.append(np.ascontiguousarray(getattr(scene, name)[j][begin:end]))
             getattr(stretch, name)[j] = pointer(alive[-1])

@@ -3,7 +3,7 @@ periodic in the motor's angle."""
 
 import numpy as np
 
-from .candidate import Candidate, Family, library_column, named
+from .candidate import Candidate, Family, library_column, named, usual
 
 SATURATION_POWERS = (1, 2, 3, 5)
 LARGEST_DROOP = 0.8  # of the torque at the largest current
@@ -13,8 +13,12 @@ SATURATION_KNEES = (0.3, 0.5, 0.7)  # of the largest torque
 DELAYS_S = (-0.010, -0.006, -0.003, -0.001, 0.001, 0.003, 0.006, 0.010)
 COGGING_ORDERS = (*range(5, 25), 28, 30, 32, 36, 40, 42, 48, 54, 60, 72, 84)
 LAST_WITH_OVERTONE = 42
+USUAL_OFFSET_A = (0.02, 0.2)
+BESIDE_A_SENSOR = 0.3  # prior of what a wrong constant, or the sensor's zero, is likelier to be
 WAVES = (np.sin, np.cos)
-FADES_HZ = (0.0, 18.0)  # a fast ripple is not all in the current
+# A ripple that position control does not hold shakes the motor instead, and the recorded acceleration shows of that what
+# the reconstruction's window leaves: half at 1.67 of the low-pass frequency, falling with the fourth power
+SHOWN_UP_TO = 1.67
 FEWEST_WAVES_RAD = 2 * np.pi * 1.5  # what has not gone through more than one period is not known to have any
 
 
@@ -26,7 +30,7 @@ def torque_saturation(at):
         column = at.motor_column(lambda s: s.motor_Nm[j] * np.abs(s.motor_Nm[j] / largest) ** power)
         figures = lambda x: {"droop_1_Nm": float(x[0]) * abs(at.gear / largest) ** power, "exponent": float(power)}
         return Candidate("torque_saturation", at.name, f"power {power:g}", (column,), figures, (0.0,), (most,),
-                         family=Family(bent, (power,), (1.5,), (0.5,), (8.0,)))  # fmt: skip
+                         prior=lambda x: BESIDE_A_SENSOR if at.evidence.load_sensor else 1.0, family=Family(bent, (power,), (1.5,), (0.5,), (8.0,)))  # fmt: skip
 
     def kinked(knee):
         begin = float(knee * largest)
@@ -44,7 +48,13 @@ def current_offset(at):
     column = at.motor_column(lambda s: np.ones(len(s.t_s)))
     figures = lambda x: {"torque_Nm": float(x[0]) / at.gear}
     shape = "beside a sensor" if at.evidence.load_sensor else "constant"
-    yield Candidate("current_offset", at.name, shape, (column,), figures)
+
+    def prior(x):
+        if at.evidence.leg:
+            return usual(abs(x[0]) / at.evidence.tree[at.name]["torque_constant_Nm_A"], *USUAL_OFFSET_A)
+        return BESIDE_A_SENSOR if at.evidence.load_sensor else 1.0
+
+    yield Candidate("current_offset", at.name, shape, (column,), figures, prior=prior)
 
 
 def sensor_effects(at):
@@ -79,7 +89,15 @@ def ripple_shown(scene, at, order, fades_Hz):
     if not fades_Hz:
         return 1.0
     j = at.number
-    return 1 / (1 + (order * abs(at.gear) * scene.v[j] * scene.ratio[j] / (2 * np.pi * fades_Hz)) ** 2)
+    squared = scene.once(("turns squared", j), lambda: (abs(at.gear) * scene.v[j] * scene.ratio[j] / (2 * np.pi)) ** 2)
+    part = squared * (order / fades_Hz) ** 2
+    return 1 / (1 + part * part)
+
+
+def fades(at):
+    """Frequencies at which half of a ripple shows; 0: all of it, whatever its frequency."""
+    window = SHOWN_UP_TO * at.evidence.tracks[0].recording.score.lowpass_hz
+    return (window,) if at.evidence.leg else (0.0, window)
 
 
 def cogging(at):
@@ -98,7 +116,7 @@ def cogging(at):
         gear = abs(at.gear), at.gear, abs(at.gear), at.gear  # of the motor's torque in the joint's
         return lambda x: {**{n: float(v) / g for n, v, g in zip(names, x, gear)}, "per_turn": float(order), "fades_Hz": fades_Hz}
 
-    for order, fades_Hz in ((k, f) for k in COGGING_ORDERS for f in FADES_HZ if k * at.motor_range > FEWEST_WAVES_RAD):
+    for order, fades_Hz in ((k, f) for k in COGGING_ORDERS for f in fades(at) if k * at.motor_range > FEWEST_WAVES_RAD):
         name = f", fading at {fades_Hz:g} Hz" if fades_Hz else ""
         one = tuple(wave(order, f, fades_Hz) for f in WAVES)
         yield Candidate("cogging", at.name, f"{order} per turn{name}", one, figures(order, fades_Hz))
@@ -115,16 +133,18 @@ def kinematic_error(at):
     for order in (k for k in (1, 2, 4) if k * at.motor_range > FEWEST_WAVES_RAD):
         turns = order * abs(at.gear)
         side = np.sign(at.gear)
-        for fades_Hz in FADES_HZ:
+        for fades_Hz in fades(at):
             name = f", fading at {fades_Hz:g} Hz" if fades_Hz else ""
             ripple = tuple(at.joint_column(lambda s, f=f, k=turns, o=order, h=fades_Hz: f(k * s.motor_rad[j])
                                            * ripple_shown(s, at, o, h)) for f in WAVES)  # fmt: skip
             figures = lambda x, k=order, s=side, h=fades_Hz: {
                 "sine_Nm": s * float(x[0]), "cosine_Nm": float(x[1]), "per_turn": float(k), "fades_Hz": h}  # fmt: skip
             yield Candidate("kinematic_error", at.name, f"torque, {order} per turn{name}", ripple, figures)
-        by_load = tuple(at.joint_column(lambda s, f=f, k=turns: s.link_Nm[j] * f(k * s.motor_rad[j])) for f in WAVES)
-        shares = lambda x, k=order, s=side: {"sine_Nm": 0.0, "cosine_Nm": 0.0, "sine_share": s * float(x[0]),
-                                             "cosine_share": float(x[1]), "per_turn": float(k)}  # fmt: skip
+        by_load = tuple(at.joint_column(lambda s, f=f, k=turns, o=order, h=fades(at)[-1]: s.link_Nm[j] * f(k * s.motor_rad[j])
+                                        * ripple_shown(s, at, o, h)) for f in WAVES)  # fmt: skip
+        shares = lambda x, k=order, s=side, h=fades(at)[-1]: {
+            "sine_Nm": 0.0, "cosine_Nm": 0.0, "sine_share": s * float(x[0]), "cosine_share": float(x[1]),
+            "per_turn": float(k), "fades_Hz": h}  # fmt: skip
         yield Candidate("kinematic_error", at.name, f"share of the load, {order} per turn", by_load, shares)
         if plant == "leg":
             shape = {"per_turn": float(order), "fades_Hz": 0.0}

@@ -3,13 +3,16 @@
 import numpy as np
 
 from ..loops import dahl
-from .candidate import Candidate, Family, named
+from .candidate import Candidate, Family, named, usual
 
 STRIBECK_SPEEDS_RAD_S = (0.02, 0.04, 0.07, 0.12, 0.2, 0.3, 0.45)
 VISCOUS_EXPONENTS = (0.33, 0.5, 0.7, 1.5, 2.0, 3.0)
 VISCOUS_KNEES = (0.1, 0.2, 0.4, 0.7)  # of the largest speed
 POSITION_WAVES = (0.5, 0.75, 1, 1.25, 1.5, 1.75, 2, 2.5, 3, 4, 5)  # half turns over half the range
 PRESLIDING_TRAVELS_RAD = (0.0007, 0.0015, 0.003, 0.006, 0.012, 0.024)
+USUAL_ASYMMETRY = (0.1, 0.4)  # of Coulomb friction
+CONSTANT_BY_FRICTION = 0.4
+HARDLY_GROWS = 0.5  # of the constant difference, that the viscous one adds at full speed
 LARGEST_SHARE = 0.45  # of the load, lost in a gear in use
 LOAD_POWERS = (1.5, 2.0)
 DRIFT_TIMES_S = (5, 10, 20, 40, 80, 200)
@@ -73,11 +76,18 @@ def asymmetric_friction(at):
     viscous = at.joint_column(lambda s: np.abs(s.v[j]) * np.abs(s.slip[j]))
     dry = at.joint_column(lambda s: s.slip[j] ** 2)
     both = named("coulomb_Nm", "viscous_Nms_rad")
+    hardly_grows = lambda dry, viscous: abs(viscous) * at.extent.speed[j] < HARDLY_GROWS * abs(dry)
+
+    def constant(size):
+        """A constant torque is a current's zero more often than friction's."""
+        return CONSTANT_BY_FRICTION * (usual(abs(size) / at.coulomb_Nm, *USUAL_ASYMMETRY) if at.evidence.leg else 1.0)
+
     yield Candidate("asymmetric_friction", at.name, "viscous", (viscous,),
                     named("viscous_Nms_rad", coulomb_Nm=0.0))  # fmt: skip
-    yield Candidate("asymmetric_friction", at.name, "Coulomb", (dry,),
-                    named("coulomb_Nm", viscous_Nms_rad=0.0))  # fmt: skip
-    yield Candidate("asymmetric_friction", at.name, "both", (dry, viscous), both)
+    yield Candidate("asymmetric_friction", at.name, "Coulomb", (dry,), named("coulomb_Nm", viscous_Nms_rad=0.0),
+                    prior=lambda x: constant(x[0]))  # fmt: skip
+    yield Candidate("asymmetric_friction", at.name, "both", (dry, viscous), both,
+                    prior=lambda x: constant(x[0]) if hardly_grows(*x) else 1.0)  # fmt: skip
 
 
 def nonlinear_viscous(at):
@@ -110,10 +120,11 @@ def position_friction(at):
     powers = [at.joint_column(lambda s, p=p: s.slip[j] * unit(s) ** p) for p in (1, 2, 3, 4)]
     make = lambda shape, columns, names: Candidate("position_friction", at.name, shape, tuple(columns), names)
     about = {"middle_rad": float(middle)}
+    ends = {**about, "range_rad": float(max(np.abs(s.q[j] - middle).max() for s in at.scenes))}
 
     def unscaled(*orders):  # columns are in units of half the range
         names = ("slope_Nm_rad", "bend_Nm_rad2", "cubic_Nm_rad3", "quartic_Nm_rad4")
-        return lambda x: {**{names[p - 1]: float(v) / half**p for p, v in zip(orders, x)}, **about}
+        return lambda x: {**{names[p - 1]: float(v / half**p) for p, v in zip(orders, x)}, **ends}
 
     yield make("line", [line], named("slope_Nm_rad", bend_Nm_rad2=0.0))
     yield make("parabola", [line, bend], named("slope_Nm_rad", "bend_Nm_rad2"))
@@ -169,23 +180,24 @@ def _over_session(scenes):
 
 
 def friction_drift(at):
-    """Strengths are shares of the friction at the scenes' parameters; the model file has them in torques."""
+    """Strengths are shares of the friction at the scenes' parameters; the model file has them in torques. What changes does
+    so from the begin, so that the base parameters are the friction there, which is positive."""
     j, dry, viscous = at.number, float(at.scenes[0].coulomb_Nm[at.number]), float(at.scenes[0].viscous[at.number])
     make = lambda shape, column, names, saved, family=None: Candidate(
         "friction_drift", at.name, shape, (column,), names, saved=saved, family=family)  # fmt: skip
 
     def all_of_it(constant):
-        column = at.joint_column(lambda s: s.friction_Nm[j] * np.exp(-(s.t_s - s.t_s[0]) / constant))
-        saved = lambda x: {"cold_coulomb_Nm": x[0] * dry, "cold_viscous_Nms_rad": x[0] * viscous, **shapes}
+        column = at.joint_column(lambda s: s.friction_Nm[j] * (1 - np.exp(-(s.t_s - s.t_s[0]) / constant)))
+        saved = lambda x: {"coulomb_Nm": x[0] * dry, "viscous_Nms_rad": x[0] * viscous, **shapes}
         shapes = {"time_constant_s": float(constant)}
-        return make(f"all, {constant:g} s", column, named("share_at_begin", **shapes), saved,
+        return make(f"all, {constant:g} s", column, named("share_at_end", **shapes), saved,
                     Family(all_of_it, (constant,), (1.5,), (2.0,), (1000.0,)))  # fmt: skip
 
     def coulombs(constant):
-        column = at.joint_column(lambda s: s.coulomb_Nm[j] * s.slip[j] * np.exp(-(s.t_s - s.t_s[0]) / constant))
+        column = at.joint_column(lambda s: s.coulomb_Nm[j] * s.slip[j] * (1 - np.exp(-(s.t_s - s.t_s[0]) / constant)))
         shapes = {"time_constant_s": float(constant)}
-        return make(f"Coulomb, {constant:g} s", column, named("coulomb_share_at_begin", **shapes),
-                    lambda x: {"cold_coulomb_Nm": x[0] * dry, **shapes},
+        return make(f"Coulomb, {constant:g} s", column, named("coulomb_share_at_end", **shapes),
+                    lambda x: {"coulomb_Nm": x[0] * dry, **shapes},
                     Family(coulombs, (constant,), (1.5,), (2.0,), (1000.0,)))  # fmt: skip
 
     for constant in DRIFT_TIMES_S:

@@ -4,13 +4,14 @@ import numpy as np
 
 from ..linkage import ScrewLinkage
 from ..loops import second_order
-from .candidate import Candidate, Family, library_column, named
+from .candidate import Candidate, Family, library_column, named, usual
 
 JOINT_ENCODER_ORDERS = (*range(1, 33), 36, 40, 48, 64)
 BASE_HZ = (2.5, 2.75, 3, 3.25, 3.5, 3.75, 4, 4.25, 4.5, 4.75, 5, 5.25, 5.5, 6, 6.5, 7, 7.5, 8, 9, 10, 11, 12, 13.5, 15)
 BASE_DAMPING_RATIOS = (0.02, 0.05, 0.1)
 STEP_M, STEP_RAD = 1e-5, 1e-4
 ANKLE = 1
+USUAL_TILT_RAD = (0.017, 0.087)
 
 
 def encoder_eccentricity(evidence, scenes):
@@ -66,7 +67,8 @@ def gravity_tilt(evidence, scenes):
     def column(scene):
         return {f"T{j}": scene.track.operate(scene.tilt_Nm()[j] / scene.ratio[j], j) for j in range(2)}
 
-    yield Candidate("gravity_tilt", "base", "tilt", (column,), named("tilt_rad"), (-0.2,), (0.2,))
+    yield Candidate("gravity_tilt", "base", "tilt", (column,), named("tilt_rad"), (-0.2,), (0.2,),
+                    prior=lambda x: usual(abs(x[0]), *USUAL_TILT_RAD))  # fmt: skip
 
 
 def _oscillator(drive, step_s, omega, damping):

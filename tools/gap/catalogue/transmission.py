@@ -7,9 +7,17 @@ from .candidate import Candidate, Family, library_column, named
 
 STIFFNESSES_NM_RAD = (200, 400, 800, 1500, 3000, 6000, 12000)
 GAPS_RAD = (0.0007, 0.0015, 0.003, 0.005, 0.008, 0.012)
-BACKLASH_STIFFNESSES_NM_RAD = (12000, 3000)
+TEETH_NM_RAD = 5000.0  # their stiffness on the grid: timing tells the gap, and hardly how hard it ends
 MOTOR_SHARE = 0.15  # of the joint's own inertia that turns with its motor: a knee's rotor through its ratio
-FRICTION_SHARES = (1, 0.6, 0.3, 0)  # of the friction that stands on the link's side
+KNEE_MOTOR_SHARES = (0.15, 0.4)
+# of dry and of viscous friction on the link's side: a motor's bearings and its seal are viscous on their own
+SPRING_FRICTION = ((0, 0), (0.5, 0), (1, 0), (1, 1))
+GAP_FRICTION = ((0, 0), (0.3, 0), (0.6, 0), (1, 0), (0.5, 0.5), (1, 1))
+SPRING_DAMPING_RATIO = 0.1  # metal gears, and enough for the free motion to die out
+SOFT_RAD = 0.002  # twist up to which a gear may be softer than beyond
+HARDER_RAD = 0.005  # twist at which hardening is told against stiffness
+TEETH_DAMPING_RATIO = 0.3  # where the motor's recorded motion is a wall that bounces more than a rotor does
+FASTEST_SWING = 4.0  # rad from sample to sample, of a link on a spring: a stiffer one follows at once
 BUMPER_BEGINS = (0.0, 0.3, 0.6)  # of half the range
 
 
@@ -42,20 +50,18 @@ def parallel_spring(at):
                             (0.0,))  # fmt: skip
 
 
-def _shapes():
-    springs = [LinkShape(k, 0.0, share) for share in FRICTION_SHARES for k in STIFFNESSES_NM_RAD]
-    gaps = [LinkShape(k, gap / 2, share) for share in FRICTION_SHARES for k in BACKLASH_STIFFNESSES_NM_RAD
-            for gap in GAPS_RAD]  # fmt: skip
-    return springs, gaps
+def _motor_shares(at):
+    """An ankle's rotor is known."""
+    return KNEE_MOTOR_SHARES if at.evidence.leg and at.number == 0 else (MOTOR_SHARE,)
 
 
 def _answer(scene, j, shape):
     """At the samples, of a link behind `shape`: its angle against the motor's, and torque and acceleration less those of
     a rigid one. To a link that can move on its own a stop of its motor is a jolt, so nothing is bridged before."""
-    inertia, turning = _inertia(scene, j)
-    load = scene.once(("load", j), lambda: scene.link_Nm[j] - turning * scene.a[j])
-    other = scene.once(("other", j), lambda: load - inertia * scene.a[j])
-    rigid = scene.once(("rigid", j, shape.share), lambda: load + shape.share * scene.friction_Nm[j])
+    inertia, turning = _inertia(scene, j, shape.motor)
+    load = scene.link_Nm[j] - turning * scene.a[j]
+    other = load - inertia * scene.a[j]
+    rigid = load + shape.dry * scene.coulomb_Nm[j] * scene.slip[j] + shape.viscous * scene.viscous[j] * scene.v[j]
     out = np.zeros((3, len(rigid)))
     for part in scene.track.parts:
         rows = slice(part["begin"], part["end"])
@@ -66,12 +72,12 @@ def _answer(scene, j, shape):
     return out
 
 
-def _inertia(scene, j):
+def _inertia(scene, j, share):
     """Of the link, and what of the joint's own turns with its motor."""
     if not scene.evidence.leg:
-        turning = MOTOR_SHARE * scene.link_inertia[j]
+        turning = share * scene.link_inertia[j]
     else:
-        turning = MOTOR_SHARE * scene.evidence.tree["shank"]["inertia_kg_m2"] * (j == 0)
+        turning = share * scene.evidence.tree["shank"]["inertia_kg_m2"] * (j == 0)
     return scene.link_inertia[j] - turning, turning
 
 
@@ -103,10 +109,11 @@ def _hidden(at):
 
 def _saved(at, shape):
     """The model file's parameters."""
-    inertia = _inertia(at.scenes[0], at.number)[0]
-    gap = {"gap_rad": 2 * shape.half} if shape.half else {}
+    inertia = _inertia(at.scenes[0], at.number, shape.motor)[0]
+    gap = {"gap_rad": 2 * shape.half} if shape.half else {"soft_rad": shape.soft_rad, "soft_share": shape.soft_share,
+                                                          "hardening_Nm_rad3": shape.hardening}  # fmt: skip
     return named("share", stiffness_Nm_rad=shape.stiffness, damping_s=float(shape.damping_s(inertia)),
-                 friction_share=shape.share, motor_share=MOTOR_SHARE, **gap)  # fmt: skip
+                 friction_share=shape.dry, viscous_share=shape.viscous, motor_share=shape.motor, **gap)  # fmt: skip
 
 
 def elasticity(at):
@@ -114,19 +121,27 @@ def elasticity(at):
         return
     j = at.number
 
-    def soft(stiffness, share):
-        shape = LinkShape(stiffness, 0.0, share)
+    def soft(stiffness, dry, viscous, motor, damping=SPRING_DAMPING_RATIO, share=1.0, begin=SOFT_RAD, harder=0.0):
+        shape = LinkShape(stiffness, 0.0, dry, viscous, motor, damping, begin, share, harder * stiffness / HARDER_RAD**2)
         figures = lambda x: {"compliance_rad_Nm": float(x[0]) / stiffness}
-        return Candidate("elasticity", at.name, f"{stiffness:g} Nm/rad, {share:g} of friction at the link",
-                         (_behind(j, shape),), figures, (0.5,), (1.8,), _saved(at, shape),
-                         Family(soft, (stiffness, share), (2.0, 0.3), (100.0, 0.0), (30000.0, 1.0)))  # fmt: skip
+        return Candidate("elasticity", at.name, f"{stiffness:g} Nm/rad{_sides(shape)}", (_behind(j, shape),), figures,
+                         (0.5,), (1.8,), _saved(at, shape),
+                         Family(soft, (stiffness, dry, viscous, motor, damping, share, begin, harder),
+                                (2.0, 0.3, 0.3, 0.2, 1.7, 0.5, 2.0, 0.4), (100.0, 0.0, 0.0, 0.02, 0.02, 0.1, 2e-4, 0.0),
+                                (30000.0, 1.0, 1.0, 0.7, 1.0, 1.0, 0.02, 4.0)))  # fmt: skip
 
-    for shape in _shapes()[0]:
-        yield soft(shape.stiffness, shape.share)
+    fastest = FASTEST_SWING / max(scene.step_s for scene in at.scenes)
+    stiffnesses = [k for k in STIFFNESSES_NM_RAD if k <= at.scenes[0].link_inertia[j] * fastest**2]
+    for motor in _motor_shares(at):
+        for dry, viscous in SPRING_FRICTION:
+            for stiffness in stiffnesses or STIFFNESSES_NM_RAD[:1]:
+                yield soft(float(stiffness), float(dry), float(viscous), motor)
 
     # stiff: twist = load over stiffness, by the link's torque and, apart, by friction
-    rest = {"stiffness_Nm_rad": 1000.0, "damping_s": 0.001}  # of the soft form, which takes no part
-    link, friction = (library_column("elasticity", j, k, {**rest, "friction_share": 0.0, "motor_share": MOTOR_SHARE})
+    # of the soft form, which takes no part
+    rest = {"stiffness_Nm_rad": 1000.0, "damping_s": 0.001}
+    nothing = {"soft_rad": 0.0, "soft_share": 1.0, "hardening_Nm_rad3": 0.0}
+    link, friction = (library_column("elasticity", j, k, {**rest, "friction_share": 0.0, "viscous_share": 0.0, "motor_share": MOTOR_SHARE, **nothing})
                       for k in (1, 2))  # fmt: skip
     rest["share"] = 0.0
     names = ("compliance_rad_Nm", "friction_compliance_rad_Nm")
@@ -140,16 +155,23 @@ def backlash(at):
     if _hidden(at):
         return
 
-    def lost(gap, stiffness, share):
-        shape = LinkShape(stiffness, gap / 2, share)
+    def lost(gap, stiffness, dry, viscous, motor, damping):
+        shape = LinkShape(stiffness, gap / 2, dry, viscous, motor, damping)
         figures = lambda x: {"gap_rad": float(x[0]) * gap, "stiffness_Nm_rad": stiffness}
-        return Candidate("backlash", at.name, f"{1e3 * gap:.2g} mrad, {stiffness:g} Nm/rad, {share:g} of friction at the link",
+        return Candidate("backlash", at.name, f"{1e3 * gap:.2g} mrad, {stiffness:g} Nm/rad{_sides(shape)}",
                          (_behind(at.number, shape),), figures, (0.4,), (1.8,), _saved(at, shape),
-                         Family(lost, (gap, stiffness, share), (1.7, 3.0, 0.3), (2e-4, 500.0, 0.0),
-                                (0.03, 50000.0, 1.0)))  # fmt: skip
+                         Family(lost, (gap, stiffness, dry, viscous, motor, damping), (1.7, 3.0, 0.3, 0.3, 0.2, 1.7),
+                                (2e-4, 500.0, 0.0, 0.0, 0.02, 0.05), (0.03, 50000.0, 1.0, 1.0, 0.7, 1.0)))  # fmt: skip
 
-    for shape in _shapes()[1]:
-        yield lost(2 * shape.half, float(shape.stiffness), shape.share)
+    for motor in _motor_shares(at):
+        for dry, viscous in GAP_FRICTION:
+            for gap in GAPS_RAD:
+                yield lost(gap, TEETH_NM_RAD, float(dry), float(viscous), motor, TEETH_DAMPING_RATIO)
+
+
+def _sides(shape):
+    """What of a joint stands on which side, in words."""
+    return f", {shape.dry:g} of dry and {shape.viscous:g} of viscous friction at the link, rotor {shape.motor:g}"
 
 
 EFFECTS = (parallel_spring, elasticity, backlash)

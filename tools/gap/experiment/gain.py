@@ -19,9 +19,9 @@ def columns_of(chosen):
     return [column for candidate in chosen for column in candidate.columns]
 
 
-def total(gram, numbers):
+def total(gram, columns):
     """Products of base columns, some columns and, last, the reading, over all folds."""
-    out = gram.among([np.concatenate([plain, own]) for plain, own in zip(gram.plain, gram.gathered(numbers))]).sum(0)
+    out = gram.among([np.concatenate([plain, own]) for plain, own in zip(gram.plain, gram.gathered(columns))]).sum(0)
     order = [*range(gram.first), *range(gram.first + 1, len(out)), gram.first]
     return out[np.ix_(order, order)]
 
@@ -54,7 +54,7 @@ class Pair:
         for chosen, old in zip(self.rivals, self.old):
             own = columns_of(chosen)
             every = list(dict.fromkeys(mine + own))
-            new = total(gram, [gram.place[c] for c in every])
+            new = total(gram, every)
             strengths = np.zeros(len(new) - 1)
             strengths[:first] = self.strengths[:first]
             for column, strength in zip(mine, self.strengths[first:]):
