@@ -114,19 +114,23 @@ else
 programs:
 	@echo 'not built: the programs (missing: $(APP_MISSING)); `make deps` installs what they need'
 endif
-all: library python-side programs $(BUILD)/bin/talus-gap $(BUILD)/bin/talus-acquire-export
+PYTHON_PROGRAMS := talus-gap talus-acquire-export
+PYTHON_PACKAGES := talus gap acquire_export
+module_of_talus-gap := gap
+needs_of_talus-gap := cffi, numpy, scipy, yaml
+module_of_talus-acquire-export := acquire_export
+needs_of_talus-acquire-export := cantools, cffi, numpy, yaml
+all: library python-side programs $(PYTHON_PROGRAMS:%=$(BUILD)/bin/%)
 
 # talus-gap is Python (tools/gap), and so is the export of talus-acquire (tools/acquire_export): what stands in
 # bin/ finds an interpreter for it.
-$(BUILD)/bin/talus-gap: module = gap
-$(BUILD)/bin/talus-gap: needs = cffi, numpy, scipy, yaml
-$(BUILD)/bin/talus-acquire-export: module = acquire_export
-$(BUILD)/bin/talus-acquire-export: needs = cantools, cffi, numpy, yaml
-$(BUILD)/bin/talus-gap $(BUILD)/bin/talus-acquire-export: tools/start.sh
+# (program, where tools/ stands, where what was built stands) -> its text
+start_script = sed -e 's|@ROOT@|$(2)|' -e 's|@BUILD@|$(3)|' -e 's|@NAME@|$(1)|' \
+	-e 's|@MODULE@|$(module_of_$(1))|' -e 's|@NEEDS@|$(needs_of_$(1))|' tools/start.sh
+$(PYTHON_PROGRAMS:%=$(BUILD)/bin/%): tools/start.sh
 	$(say) GEN $@
 	@mkdir -p $(@D)
-	$(Q)sed -e 's|@ROOT@|$(CURDIR)|' -e 's|@BUILD@|$(abspath $(BUILD))|' -e 's|@NAME@|$(@F)|' \
-	  -e 's|@MODULE@|$(module)|' -e 's|@NEEDS@|$(needs)|' $< >$@.new
+	$(Q)$(call start_script,$(@F),$(CURDIR),$(abspath $(BUILD))) >$@.new
 	$(Q)chmod +x $@.new && mv $@.new $@
 
 # Holds the flags' hash and is touched only when it changes: whatever is linked
@@ -378,6 +382,10 @@ bench:
 .PHONY: install uninstall
 BINDIR ?= $(PREFIX)/bin
 LIBDIR ?= $(PREFIX)/lib
+# where the commands that are Python find their packages, what was built, and the page's parts
+HOMEDIR = $(LIBDIR)/talus
+PYTHON_FOLDERS := $(patsubst %/,%,$(sort $(dir $(foreach p,$(PYTHON_PACKAGES),$(wildcard tools/$(p)/*.py tools/$(p)/*/*.py)))))
+INSTALLED_PYTHON := python apps/common/assets $(PYTHON_FOLDERS)
 INCLUDEDIR ?= $(PREFIX)/include
 INSTALL ?= install
 
@@ -391,9 +399,18 @@ install: all $(BUILD)/talus.pc
 	$(Q)ln -sf $(SONAME) '$(DESTDIR)$(LIBDIR)/libtalus.so'
 	$(Q)$(INSTALL) -m 644 $(BUILD)/talus.pc '$(DESTDIR)$(LIBDIR)/pkgconfig'
 	$(Q)$(if $(wildcard $(PROGRAMS)),$(INSTALL) -m 755 $(wildcard $(PROGRAMS)) '$(DESTDIR)$(BINDIR)')
+	$(Q)$(INSTALL) -d $(INSTALLED_PYTHON:%='$(DESTDIR)$(HOMEDIR)/%')
+	$(Q)for d in $(PYTHON_FOLDERS) apps/common/assets; do \
+	  $(INSTALL) -m 644 $$(find "$$d" -maxdepth 1 -type f) '$(DESTDIR)$(HOMEDIR)'/"$$d"; done
+	$(Q)$(INSTALL) -m 644 $(BUILD)/python/talus_cdef.h $(BUILD)/python/talus_macros.h '$(DESTDIR)$(HOMEDIR)/python'
+	$(Q)ln -sfn ../../$(notdir $(BINDIR)) '$(DESTDIR)$(HOMEDIR)/bin'
+	$(Q)ln -sfn .. '$(DESTDIR)$(HOMEDIR)/lib'
+	$(Q)$(foreach p,$(PYTHON_PROGRAMS),$(call start_script,$(p),$(HOMEDIR),$(HOMEDIR)) >'$(DESTDIR)$(BINDIR)/$(p)' && \
+	  chmod 755 '$(DESTDIR)$(BINDIR)/$(p)' &&) true
 
 uninstall:
-	$(Q)rm -rf '$(DESTDIR)$(INCLUDEDIR)/talus'
+	$(Q)rm -rf '$(DESTDIR)$(INCLUDEDIR)/talus' '$(DESTDIR)$(HOMEDIR)'
+	$(Q)rm -f $(PYTHON_PROGRAMS:%='$(DESTDIR)$(BINDIR)/%')
 	$(Q)rm -f '$(DESTDIR)$(LIBDIR)'/libtalus.a '$(DESTDIR)$(LIBDIR)'/libtalus.so* \
 	  '$(DESTDIR)$(LIBDIR)/pkgconfig/talus.pc' $(PROGRAMS:$(BUILD)/bin/%='$(DESTDIR)$(BINDIR)/%')
 

@@ -24,6 +24,7 @@ BENCHES = [
     ("signals", "scipy"),
     ("reading", "pandas"),
     ("growth", "numpy"),
+    ("diagnosis", "numpy"),
 ]
 
 

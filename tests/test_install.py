@@ -1,7 +1,9 @@
 """`make install`: a stranger's program builds against it, by pkg-config, both ways."""
 
+import json
 import os
 import subprocess
+import sys
 
 import pytest
 from support import REPOSITORY, make_variable
@@ -67,6 +69,25 @@ def test_program_against_the_archive(installed, tmp_path):
         assert build_and_run(installed, tmp_path, "--static") == f"{version} {version} value out of range\n"
     finally:
         (installed / "opt/talus/lib/hidden").rename(installed / "opt/talus/lib/libtalus.so")
+
+
+def test_the_commands_that_are_python_run_from_where_they_are_installed(tmp_path):
+    """Away from the project's folder, with any Python that has what they need."""
+    make("install", f"PREFIX={tmp_path / 'there'}")
+    place = os.path.dirname(sys.executable)
+    environment = {"PATH": f"{place}:{os.environ['PATH']}", "HOME": str(tmp_path)}
+
+    def run(program, *arguments):
+        command = [tmp_path / "there/bin" / program, *arguments]
+        return subprocess.run(command, check=True, capture_output=True, text=True, env=environment, cwd=tmp_path)
+
+    for program in ("talus-gap", "talus-acquire-export"):
+        assert run(program, "--version").stdout == f"{program} {make_variable('VERSION')[0]}\n"
+        assert str(REPOSITORY / "tools") not in (tmp_path / "there/bin" / program).read_text()
+    model = REPOSITORY / "models/leg.yaml"
+    run("talus-sim", "--model", model, "--out", "leg.csv", "--duration", "20")
+    run("talus-gap", "--model", model, "--report", "gap.json", "--html", "gap.html", "leg.csv")
+    assert json.loads((tmp_path / "gap.json").read_text())["schema"] == "talus-gap/1"
 
 
 def test_uninstall_leaves_nothing(tmp_path):

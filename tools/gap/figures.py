@@ -12,7 +12,8 @@ class Residuals:
 
     def __init__(self, search, chosen):
         evidence = search.evidence
-        strengths = search.gram.fold_strengths(search.columns(chosen))
+        every = search.columns(chosen)
+        strengths = search.gram.fold_strengths(every, search.gram.settled_weights(every))
         self.strengths = strengths[-1]
         self.of = {}
         columns = [column for candidate in chosen for column in candidate.columns]

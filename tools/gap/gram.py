@@ -9,6 +9,7 @@ import numpy as np
 
 RIDGE = 1e-10  # of unit columns: keeps what cannot be told apart solvable, far below any noise
 TINY = 1e-12
+REWEIGHINGS = 3
 CHUNK = 64  # columns multiplied at once
 
 
@@ -179,14 +180,15 @@ class Gram:
             out.update({c: (x, s[len(self.base):]) for c, x, s in zip(group, chi2, strengths)})
         return [out[c] for c in candidates]
 
-    def _bordered(self, rows):
+    def _bordered(self, rows, weights=None):
         """Gram matrices of plain columns, reading, and `rows` after them."""
-        return self.among([np.concatenate([plain, own]) for plain, own in zip(self.plain, rows)])
+        weights = np.ones(len(self.plain)) if weights is None else weights
+        return self.among([w * np.concatenate([plain, own]) for w, plain, own in zip(weights, self.plain, rows)])
 
-    def _gram(self, columns):
+    def _gram(self, columns, weights=None):
         """Gram matrices of base, columns and, last, the reading."""
         order = [*self.base, *range(self.first + 1, self.first + 1 + len(columns)), self.first]
-        return self._bordered(self.gathered(columns))[:, order][:, :, order]
+        return self._bordered(self.gathered(columns), weights)[:, order][:, :, order]
 
     def prior_rows(self):
         """What is known of the base parameters before: (unknowns, rows) and readings, in chi-square's unit. Far less than
@@ -225,10 +227,21 @@ class Gram:
             out[layout.kind] = np.bincount(layout.block, residual**2, minlength=self.evidence.blocks)
         return out
 
-    def fold_strengths(self, columns):
+    def settled_weights(self, columns):
+        """A weight for each kind of channel by what a fit with these columns leaves of it, not by its noise alone: the joint
+        whose effect is not in the model would bend the other's parameters otherwise."""
+        weights = np.ones(len(self.layouts))
+        own = self.gathered(columns)
+        for _ in range(REWEIGHINGS):
+            strengths = self.fold_strengths(columns, weights)[-1]
+            left = [plain[-1] - strengths @ np.concatenate([plain[:-1], rows]) for plain, rows in zip(self.plain, own)]
+            weights = 1 / np.sqrt(np.maximum([np.mean(x**2) for x in left], 1.0))
+        return weights
+
+    def fold_strengths(self, columns, weights=None):
         """Strengths of the fit that left out each fold, and of the fit to everything: (folds + 1, base + columns).
-        Base columns that the data cannot see are 0."""
-        gram = self._gram(columns)
+        Base columns that the data cannot see are 0. `weights`: of each layout; None: 1."""
+        gram = self._gram(columns, weights)
         total = gram.sum(0)
         found = solve(np.concatenate([total - gram, total[None]]) + self._prior(len(total) - 1))
         out = np.zeros((len(found), self.first + len(columns)))

@@ -147,7 +147,7 @@ def _where(out, report):
     out.table("Before any effect is added", ["joint, over", "share", "95 % interval", "deviations", "mostly in"], rows)
     out.paragraph("Share is of the systematic energy: the first of a joint has all that it explains, the others at most what "
                   "that leaves. Deviations say how far it stands above what noise alone would show. Motor angle is in orders "
-                  "per turn, frequency in Hz, reversal in seconds since the last stop.")  # fmt: skip
+                  "per turn, frequency in Hz, reversal in seconds since the motion or the load turned.")  # fmt: skip
 
 
 def _next(out, found):

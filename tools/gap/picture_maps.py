@@ -10,7 +10,7 @@ from .words import Scale
 COORDINATE_LABELS = {
     "position": "position [rad]", "velocity": "velocity [rad/s]", "acceleration": "acceleration [rad/s²]",
     "load": "load at the joint [Nm]", "current": "motor torque [Nm]", "time": "time [s]",
-    "reversal": "time since the last stop [s]",
+    "reversal": "time since the motion or the load turned [s]",
 }  # fmt: skip
 SPECTRA = ("motor_angle", "frequency")
 MOST_MAPS = 3  # for each joint

@@ -29,7 +29,7 @@ MOST_JOINED = 4
 REFINED = 3  # of the best effects, between the grid's shapes
 REFINED_WITHIN = 2.5  # times the best excess on the grid
 STEP_SHARES = (0.5, 0.25, 0.12)  # of a shape's first step
-MOST_ROUNDS = 3  # through all values with one step
+MOST_ROUNDS = 2  # through all values with one step
 LEAST_REFINEMENT = 2.0  # chi-square: less is not worth another shape
 
 
@@ -174,7 +174,13 @@ class Search:
         # where blocks differ much in size, the sum is one block's word: relative gains give each block its own
         z = max(over_blocks(gain, record), over_blocks(gain / (total_old + total_new)[filled], record))
         tempered = (before.excess - after.excess) / max(1.0, (after.excess + self.freedom) / self.freedom)
-        return tempered, z, self._share(old, new, after.chosen[-1])
+        own = self._tempered_at(self.evidence.kinds_at(after.chosen[-1].joint), old, new)
+        return max(tempered, own), z, self._share(old, new, after.chosen[-1])
+
+    def _tempered_at(self, kinds, old, new):
+        """The gain of some kinds of channel, over what is left of each degree of their freedom."""
+        before, after = (sum(x[kind].sum() for kind in kinds) for x in (old, new))
+        return (before - after) / max(1.0, after / sum(self.evidence.freedom(kind) for kind in kinds))
 
     def _share(self, old, new, added):
         """Share of the open excess that a step closes, over all channels, those at the added effect's joint, or its torque
@@ -219,8 +225,13 @@ class Search:
         return self.ordered(second)
 
     def _worth_more(self, fit):
-        left = max(fit.excess - self.tolerated, 0)
-        return left > CLOSED_ENOUGH * self.plain.excess
+        """Is there a kind of channel in which enough stands open? A fine encoder's gap can dwarf the others'."""
+        plain, now = (self.gram.held_out_blocks(self.columns(x.chosen)) for x in (self.plain, fit))
+        for kind in self.evidence.kinds:
+            known = self.evidence.freedom(kind) + self.tolerated_of[kind]
+            if now[kind].sum() - known > max(CLOSED_ENOUGH * (plain[kind].sum() - known), LEAST_STEP):
+                return True
+        return False
 
     def ordered(self, fit):
         """The effect without which the rest is worst comes first."""

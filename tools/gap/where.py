@@ -13,6 +13,7 @@ BAND_HALF_WIDTH = 0.15  # of the frequency
 BANDS_HZ = np.geomspace(0.5, 25, 60)
 LOWPASS_HZ = 30.0
 LEAST_SHARE = 0.05
+LONGEST_S = 1.0  # since a reversal
 TINY = 1e-12
 NATURAL = {
     "stribeck": ("velocity", "reversal"), "load_friction": ("load", "current", "acceleration"),
@@ -25,6 +26,7 @@ NATURAL = {
     "encoder_eccentricity": ("encoder", "position", "motor_angle"), "gravity_tilt": ("position",),
     "parallel_spring": ("position",), "base_compliance": ("frequency", "acceleration"),
 }  # fmt: skip
+LEADS_FROM = 0.5  # of the largest, for a map that suits the named cause
 GENERIC = {"frequency": 0.8}  # anything with a rhythm shows over frequency: it leads where it leads clearly
 
 
@@ -95,14 +97,18 @@ def bin_map(coordinate, values, direction, rest):
     return out
 
 
+def since_reversal(t_s, values):
+    """Time since the last change of sign, up to LONGEST_S."""
+    turned = np.flatnonzero(np.diff(np.sign(values)) != 0)
+    last = turned[np.maximum(np.searchsorted(turned, np.arange(len(t_s)), side="right") - 1, 0)] if len(turned) else 0
+    return np.clip(t_s - t_s[last], 0, LONGEST_S)
+
+
 def coordinates(search, record, joint):
     """Coordinates of one joint on the grid."""
     scene, track = search.scenes[record], search.evidence.tracks[record]
     slip = track.resample(scene.slip[joint])
-    stopped = np.flatnonzero(np.diff(np.sign(track.resample(scene.v[joint]))) != 0)
     t = track.grid_t_s
-    since = t - t[np.maximum(stopped[np.searchsorted(stopped, np.arange(len(t)), side="right") - 1], 0)] if len(
-        stopped) else t - t[0]
     return {
         "direction": slip,
         "position": scene.grid("q", joint),
@@ -111,7 +117,8 @@ def coordinates(search, record, joint):
         "load": scene.grid("link_Nm", joint),
         "current": scene.grid("motor_Nm", joint),
         "time": t,
-        "reversal": np.clip(since, 0, 1.0),
+        "reversal": since_reversal(t, track.resample(scene.v[joint])),
+        "load reversal": since_reversal(t, scene.grid("link_Nm", joint)),
         "motor_angle": scene.grid("motor_rad", joint),
     }
 
@@ -183,13 +190,23 @@ def joint_maps(search, residuals, joint):
     block = np.concatenate([evidence.block_of[c.record][c.rows] for c in channels])
     rest = Rest(np.concatenate(pieces), block, float(np.mean([evidence.bandwidth[c.record] for c in channels])))
     direction, angle = gathered.pop("direction"), gathered.pop("motor_angle")
-    one_sided = np.ones_like(direction)
-    maps = [bin_map(n, v, one_sided if n == "velocity" else direction, rest) for n, v in gathered.items()]
-    maps = [m for m in maps if m is not None]
+    halves = {"velocity": np.ones_like(direction), "load reversal": np.sign(gathered["load"])}
+    maps = [bin_map(n, v, halves.get(n, direction), rest) for n, v in gathered.items()]
+    maps = plainest([m for m in maps if m is not None])
     entries = [Entry(m.coordinate, m.range(), m.energy, m.energy / m.deviations, m.spread) for m in maps if m.energy > 0]
     steps_s = [evidence.tracks[c.record].step_s for c in channels]
     entries += [order_map(angle, gathered["velocity"], rest), band_map(pieces, steps_s, rest)]
     return float(rest.excess.sum()), maps, entries
+
+
+def plainest(maps):
+    """Both reversals bear one name: that of the motion or that of the load, whichever shows more."""
+    both = [m for m in maps if m.coordinate.endswith("reversal")]
+    kept = max(both, key=lambda m: m.energy, default=None)
+    out = [m for m in maps if m is kept or m not in both]
+    if kept:
+        kept.coordinate = "reversal"
+    return out
 
 
 def encoder_excess(search, residuals):
@@ -207,8 +224,8 @@ def where(search, residuals, cause=None):
     """(`where` of the report, maps by joint). Shares are of the excess energy of all channels over their noise.
 
     Maps overlap (a constant shows over anything): of each joint the first explains what it explains, and the others at
-    most what that one leaves. First is the largest; or, if it holds half of the joint's gap, one that suits the named
-    `cause`, an (effect, joint)."""
+    most what that one leaves. First is the largest; or, if it holds half as much, one that suits the named `cause`, an
+    (effect, joint)."""
     evidence, found, maps = search.evidence, [], {}
     total = encoders = max(float(encoder_excess(search, residuals).sum()), 0.0)
     for joint, name in enumerate(evidence.model.joints):
@@ -230,7 +247,8 @@ def shared(own, joint, entries, cause):
     energy = {e: min(e.energy, own) for e in entries}
     ranked = sorted(entries, key=lambda e: -energy[e] * GENERIC.get(e.coordinate, 1.0))
     if cause and cause[1] in (joint, "base"):
-        suited = [e for e in ranked if e.coordinate in NATURAL.get(cause[0], ()) and energy[e] >= 0.5 * own]
+        enough = LEADS_FROM * energy[ranked[0]]
+        suited = [e for e in ranked if e.coordinate in NATURAL.get(cause[0], ()) and energy[e] >= enough]
         ranked.sort(key=lambda e: e not in suited[:1])
     lead = energy[ranked[0]]
     return [(lead if e is ranked[0] else min(energy[e], lead, own - lead), own, joint, e) for e in ranked]

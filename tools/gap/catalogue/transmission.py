@@ -3,7 +3,7 @@
 import numpy as np
 
 from ..loops import LARGEST_STEP, MOST_STEPS, LinkShape, link_behind
-from .candidate import Candidate, Family, library_column, named
+from .candidate import Candidate, Family, library_column, named, usual
 
 STIFFNESSES_NM_RAD = (200, 400, 800, 1500, 3000, 6000, 12000)
 GAPS_RAD = (0.0007, 0.0015, 0.003, 0.005, 0.008, 0.012)
@@ -17,7 +17,9 @@ SPRING_DAMPING_RATIO = 0.1  # metal gears, and enough for the free motion to die
 SOFT_RAD = 0.002  # twist up to which a gear may be softer than beyond
 HARDER_RAD = 0.005  # twist at which hardening is told against stiffness
 TEETH_DAMPING_RATIO = 0.3  # where the motor's recorded motion is a wall that bounces more than a rotor does
+STIFFEST_NM_RAD = 15000.0  # that shows: what looks stiffer is the trace of something else in the smoothed acceleration
 FASTEST_SWING = 4.0  # rad from sample to sample, of a link on a spring: a stiffer one follows at once
+USUAL_SPRING_NM_RAD = (1.0, 15.0)
 BUMPER_BEGINS = (0.0, 0.3, 0.6)  # of half the range
 
 
@@ -33,7 +35,14 @@ def parallel_spring(at):
         figures = named(*(names[p] for p in powers))
         zero = {names[p]: 0.0 for p in (0, 1, 3)}
         return Candidate("parallel_spring", at.name, shape, tuple(power[p] for p in powers),
-                         lambda x: {**zero, **figures(x)}, low)  # fmt: skip
+                         lambda x: {**zero, **figures(x)}, low, prior=lambda x: likely(powers, x))  # fmt: skip
+
+    def likely(powers, strengths):
+        """By the mean stiffness over the range."""
+        if not at.evidence.leg:
+            return 1.0
+        ends = [sum(x * q**p for p, x in zip(powers, strengths)) for q in (middle - half, middle + half)]
+        return usual(abs(ends[1] - ends[0]) / (2 * half), *USUAL_SPRING_NM_RAD)
 
     yield make("line", (1,), (0.0,))
     yield make("cube", (3,), (0.0,))
@@ -145,9 +154,10 @@ def elasticity(at):
                       for k in (1, 2))  # fmt: skip
     rest["share"] = 0.0
     names = ("compliance_rad_Nm", "friction_compliance_rad_Nm")
-    yield Candidate("elasticity", at.name, "stiff", (link,), named(names[0]), (0.0,), (0.01,),
+    stiffest = 1 / STIFFEST_NM_RAD if at.evidence.leg else 0.0
+    yield Candidate("elasticity", at.name, "stiff", (link,), named(names[0]), (stiffest,), (0.01,),
                     saved=named(names[0], **rest))  # fmt: skip
-    yield Candidate("elasticity", at.name, "stiff, friction apart", (link, friction), named(*names), (0.0, 0.0),
+    yield Candidate("elasticity", at.name, "stiff, friction apart", (link, friction), named(*names), (stiffest, 0.0),
                     (0.01, 0.01), saved=named(*names, **rest))  # fmt: skip
 
 
