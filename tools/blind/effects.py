@@ -202,7 +202,13 @@ def directional_efficiency(rng, joint, plant):
 def spring_between(joint, rng, stiffness, **more):
     rotor = {"rotor_share": rng.uniform(0.2, 0.5)} if joint == "knee" else {}
     return of(joint, stiffness=stiffness, damping=rng.uniform(0.0004, 0.0015),
-              **{"elastic_form": 1, "link_share": rng.choice([0.0, 0.3]), **rotor, **more})  # fmt: skip
+              **{"elastic_form": 1, **sides(rng, 0.4), **rotor, **more})  # fmt: skip
+
+
+def sides(rng, most):
+    """Of dry and of viscous friction, what stands on the joint's side of a spring: nothing, all, or any share."""
+    dry, viscous = rng.choice([0.0, 1.0, rng.uniform()], p=[0.35, 0.15, 0.5]), rng.choice([0.0, 1.0, rng.uniform()], p=[0.5, 0.2, 0.3])
+    return {"link_share": most * dry, "viscous_share": most * viscous}
 
 
 def backlash(rng, joint, plant):
@@ -210,8 +216,7 @@ def backlash(rng, joint, plant):
     coulomb = rng.choice([0.0, 0.02, 0.05]) * getattr(plant, f"{joint}_coulomb_Nm")
     return Drawn("backlash", joint, "Coulomb friction in the gap" if coulomb else "free gap",
                  f"lost motion of {1e3 * gap:.1f} mrad between motor and joint",
-                 spring_between(joint, rng, stiffness, gap_half=gap / 2, gap_coulomb=coulomb,
-                                link_share=rng.choice([0.0, 0.3, 0.6, 1.0])))  # fmt: skip
+                 spring_between(joint, rng, stiffness, gap_half=gap / 2, gap_coulomb=coulomb, **sides(rng, 1.0)))  # fmt: skip
 
 
 def elasticity(rng, joint, plant):
@@ -248,7 +253,7 @@ def kinematic_error(rng, joint, plant):
         joint,
         "angle error",
         f"angle error {1e3 * size:.2f} mrad, {orders[0]} per motor turn",
-        waves(joint, "angle", parts) | spring_between(joint, rng, log_uniform(rng, 10000, 20000), link_share=0.0),
+        waves(joint, "angle", parts) | spring_between(joint, rng, log_uniform(rng, 10000, 20000), link_share=0.0, viscous_share=0.0),
     )
 
 

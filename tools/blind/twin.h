@@ -27,7 +27,7 @@ typedef struct {
   double cross_size, cross_width, cross_phase; /* friction that follows the other joint's angle */
   /* transmission between drive and joint */
   double elastic_form, stiffness, hardening, soft_share, soft_zone, damping, gap_half, gap_coulomb,
-      link_share;
+      link_share, viscous_share;
   double rotor_share; /* knee: part of I1 that is the drive's */
   double ripple_n[MAX_WAVES], ripple_a[MAX_WAVES], ripple_p[MAX_WAVES]; /* torque at the joint */
   double ripple_load;                                                   /* 1: in proportion to the load */

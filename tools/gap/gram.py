@@ -10,6 +10,7 @@ import numpy as np
 RIDGE = 1e-10  # of unit columns: keeps what cannot be told apart solvable, far below any noise
 TINY = 1e-12
 REWEIGHINGS = 3
+FITTED_AT_ONCE = 128
 CHUNK = 64  # columns multiplied at once
 
 
@@ -164,8 +165,7 @@ class Gram:
         beside = np.concatenate([self.beside_plain, self.beside(rows)], axis=1)
         order = [*self.base, *range(self.first + 1, self.first + 1 + len(chosen))]
         out = {}
-        for count in {len(c.columns) for c in candidates}:
-            group = [c for c in candidates if len(c.columns) == count]
+        for count, group in groups(candidates):
             gram = np.zeros((len(group), self.folds, len(order) + count + 1, len(order) + count + 1))
             places = np.array([self.of(c) for c in group])
             old, new = np.arange(len(order)), np.arange(len(order), len(order) + count)
@@ -248,6 +248,14 @@ class Gram:
         out[:, self.base] = found[:, :len(self.base)]
         out[:, self.first:] = found[:, len(self.base):]
         return out
+
+
+def groups(candidates):
+    """(columns, candidates) of candidates with equally many columns, so many at once that their products stay small."""
+    for count in sorted({len(c.columns) for c in candidates}):
+        alike = [c for c in candidates if len(c.columns) == count]
+        for begin in range(0, len(alike), FITTED_AT_ONCE):
+            yield count, alike[begin:begin + FITTED_AT_ONCE]
 
 
 def solve(gram):

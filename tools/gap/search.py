@@ -1,5 +1,7 @@
 """Which effects: greedy over all candidates with a beam, every step judged on held-out blocks."""
 
+import gc
+
 import numpy as np
 
 from .catalogue import candidates, sparse
@@ -271,6 +273,7 @@ def search(evidence, base, step=lambda text: None):
     if not np.all(np.isfinite(again)) or not best.chosen:
         again = base
     del first, singles, best
+    gc.collect()  # candidates hold their scenes in circles
     step("candidates, once more")
     second = Search(evidence, again)
     step("combinations")

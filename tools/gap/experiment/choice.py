@@ -67,7 +67,10 @@ class Option:
 def explanation(search, chosen, key):
     """The effect `key` in the first one's place, in its best shapes, or None."""
     mine = [c for c in search.gram.candidates if c.key == key]
-    fits = sorted(search.beside(chosen[1:], mine), key=lambda fit: fit.excess)[:SHAPES]
+    fits = search.beside(chosen[1:], mine)
+    if key == chosen[0].key:  # between the grid's shapes
+        fits.append(search.fit([*chosen[1:], chosen[0]]))
+    fits = sorted(fits, key=lambda fit: fit.excess)[:SHAPES]
     name = f"{key[0]} of the {key[1]}"
     return Explanation(name, [[fit.chosen[-1], *chosen[1:]] for fit in fits], fits[0].excess) if fits else None
 
