@@ -4,7 +4,7 @@ import yaml
 
 from talus import ffi, lib
 
-from .refit import best_shapes, joint_fit
+from .refit import best_shapes, settled_fit
 
 BOUND_CHI2, BOUND_SHARE = 50.0, 0.02  # that bounds may cost without a note: chi-square, and share of what effects gain
 
@@ -64,7 +64,7 @@ def model_text(tree, model, diagnosis):
     """(text of the model file, notes)."""
     fit, entries, notes = diagnosis.fit, [], []
     chosen = best_shapes(diagnosis.search, fit.chosen) if fit else []
-    found = joint_fit(diagnosis.search, chosen, model) if chosen else None
+    found = settled_fit(diagnosis.search, chosen, model) if chosen else None
     if chosen:
         entries, notes = saved_effects(chosen, found[1]) if found else saved_effects(fit.chosen, fit.strengths)
     if entries and found and not notes:  # parameters that were fitted with the effects belong to all of them

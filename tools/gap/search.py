@@ -32,7 +32,7 @@ REFINED = 3  # of the best effects, between the grid's shapes
 REFINED_WITHIN = 2.5  # times the best excess on the grid
 STEP_SHARES = (0.5, 0.25, 0.12)  # of a shape's first step
 MOST_ROUNDS = 2  # through all values with one step
-LEAST_REFINEMENT = 2.0  # chi-square: less is not worth another shape
+LEAST_REFINEMENT = 8.0  # chi-square: less is not worth another shape
 
 
 class Fit:
@@ -259,7 +259,7 @@ def plain_base(evidence):
 def search(evidence, base, step=lambda text: None):
     """(search, fit): the search at the parameters that suit the best effect, and the effects chosen."""
     step("candidates")
-    first = Search(evidence, base, sparse)
+    first = Search(evidence, base, sparse if evidence.leg else list)
     step("single effects")
     singles = first.scan([])
     # candidates are made of the plain model's torques, and coloured noise shows beside a model that knows the motion:

@@ -11,7 +11,7 @@ VISCOUS_KNEES = (0.1, 0.2, 0.4, 0.7)  # of the largest speed
 POSITION_WAVES = (0.5, 0.75, 1, 1.25, 1.5, 1.75, 2, 2.5, 3, 4, 5)  # half turns over half the range
 PRESLIDING_TRAVELS_RAD = (0.0007, 0.0015, 0.003, 0.006, 0.012, 0.024)
 USUAL_ASYMMETRY = (0.1, 0.4)  # of Coulomb friction
-CONSTANT_BY_FRICTION = 0.4
+CONSTANT_BY_FRICTION, CONSTANT_OF_A_SHARE = 0.4, 2.5
 HARDLY_GROWS = 0.5  # of the constant difference, that the viscous one adds at full speed
 LARGEST_SHARE = 0.45  # of the load, lost in a gear in use
 LOAD_POWERS = (1.5, 2.0)
@@ -79,8 +79,10 @@ def asymmetric_friction(at):
     hardly_grows = lambda dry, viscous: abs(viscous) * at.extent.speed[j] < HARDLY_GROWS * abs(dry)
 
     def constant(size):
-        """A constant torque is a current's zero more often than friction's."""
-        return CONSTANT_BY_FRICTION * (usual(abs(size) / at.coulomb_Nm, *USUAL_ASYMMETRY) if at.evidence.leg else 1.0)
+        """A constant torque is a current's zero more often than friction's: of asymmetries a third do not grow with speed,
+        and large ones are as frequent as small ones, while a zero is as often of one order of magnitude as of another."""
+        share = abs(size) / at.coulomb_Nm
+        return usual(share, *USUAL_ASYMMETRY) * min(CONSTANT_OF_A_SHARE * share, 1.0) if at.evidence.leg else CONSTANT_BY_FRICTION
 
     yield Candidate("asymmetric_friction", at.name, "viscous", (viscous,),
                     named("viscous_Nms_rad", coulomb_Nm=0.0))  # fmt: skip
@@ -183,18 +185,19 @@ def friction_drift(at):
     """Strengths are shares of the friction at the scenes' parameters; the model file has them in torques. What changes does
     so from the begin, so that the base parameters are the friction there, which is positive."""
     j, dry, viscous = at.number, float(at.scenes[0].coulomb_Nm[at.number]), float(at.scenes[0].viscous[at.number])
+    friction = lambda s: dry * s.slip[j] + viscous * s.v[j]
     make = lambda shape, column, names, saved, family=None: Candidate(
         "friction_drift", at.name, shape, (column,), names, saved=saved, family=family)  # fmt: skip
 
     def all_of_it(constant):
-        column = at.joint_column(lambda s: s.friction_Nm[j] * (1 - np.exp(-(s.t_s - s.t_s[0]) / constant)))
+        column = at.joint_column(lambda s: friction(s) * (1 - np.exp(-(s.t_s - s.t_s[0]) / constant)))
         saved = lambda x: {"coulomb_Nm": x[0] * dry, "viscous_Nms_rad": x[0] * viscous, **shapes}
         shapes = {"time_constant_s": float(constant)}
         return make(f"all, {constant:g} s", column, named("share_at_end", **shapes), saved,
                     Family(all_of_it, (constant,), (1.5,), (2.0,), (1000.0,)))  # fmt: skip
 
     def coulombs(constant):
-        column = at.joint_column(lambda s: s.coulomb_Nm[j] * s.slip[j] * (1 - np.exp(-(s.t_s - s.t_s[0]) / constant)))
+        column = at.joint_column(lambda s: dry * s.slip[j] * (1 - np.exp(-(s.t_s - s.t_s[0]) / constant)))
         shapes = {"time_constant_s": float(constant)}
         return make(f"Coulomb, {constant:g} s", column, named("coulomb_share_at_end", **shapes),
                     lambda x: {"coulomb_Nm": x[0] * dry, **shapes},
@@ -204,8 +207,8 @@ def friction_drift(at):
         yield all_of_it(constant)
         yield coulombs(constant)
     for name, fade in _over_session(at.scenes):
-        whole = at.joint_column(lambda s, f=fade: s.friction_Nm[j] * f(s))
-        coulomb = at.joint_column(lambda s, f=fade: s.coulomb_Nm[j] * s.slip[j] * f(s))
+        whole = at.joint_column(lambda s, f=fade: friction(s) * f(s))
+        coulomb = at.joint_column(lambda s, f=fade: dry * s.slip[j] * f(s))
         warm = {"time_constant_s": 1.0}  # a later recording finds what the last one ended with
         yield make(f"all, {name}", whole, named("share_at_end"),
                    lambda x, w=warm: {"coulomb_Nm": x[0] * dry, "viscous_Nms_rad": x[0] * viscous, **w})
@@ -216,9 +219,9 @@ def friction_drift(at):
         middle = float(np.mean([np.mean(s.columns[sensor]) for s in at.scenes]))
         warm = lambda s: (slow(s.columns[sensor], s.step_s) - middle) / 10
         shapes = {"time_constant_s": 60.0, "middle_C": middle}  # the time does not count here
-        yield make("temperature", at.joint_column(lambda s: s.friction_Nm[j] * warm(s)), named("share_per_10_C"),
+        yield make("temperature", at.joint_column(lambda s: friction(s) * warm(s)), named("share_per_10_C"),
                    lambda x: {"coulomb_Nm_10K": x[0] * dry, "viscous_Nms_rad_10K": x[0] * viscous, **shapes})
-        coulomb = at.joint_column(lambda s: s.coulomb_Nm[j] * s.slip[j] * warm(s))
+        coulomb = at.joint_column(lambda s: dry * s.slip[j] * warm(s))
         yield make("Coulomb, temperature", coulomb, named("coulomb_share_per_10_C"),
                    lambda x: {"coulomb_Nm_10K": x[0] * dry, **shapes})  # fmt: skip
         yield make("viscous, temperature", at.joint_column(lambda s: s.v[j] * warm(s)), named("viscous_Nms_rad_per_10_C"),
