@@ -42,7 +42,7 @@ int tl_stepped_link_steps(const tl_stepped_link *link) {
 
 /* what changes from step to step, and what does not */
 typedef struct {
-  double stiffness, half, soft, soft_loss, hardening, damping, h, h_over_inertia, dry, slow;
+  double stiffness, half, soft, soft_loss, hardening, damping, h, h_over_inertia, drag_Nm, drag, dry, slow;
   double angle, speed; /* the link's angle less the motor's; the link's speed */
 } link_state;
 
@@ -54,8 +54,9 @@ static link_state begin_link(const tl_stepped_link *link, double speed) {
   s.soft = link->soft_rad;
   s.soft_loss = link->stiffness_Nm_rad * (1.0 - link->soft_share);
   s.hardening = link->hardening_Nm_rad3;
+  s.drag_Nm = link->drag_Nm;
   s.damping = link->damping_s * link->stiffness_Nm_rad;
-  s.h = s.h_over_inertia = s.dry = s.slow = 0.0;
+  s.h = s.h_over_inertia = s.drag = s.dry = s.slow = 0.0;
   s.angle = -link->first_Nm / link->stiffness_Nm_rad;
   if (link->first_Nm != 0.0) s.angle += link->first_Nm > 0.0 ? -s.half : s.half;
   s.speed = speed;
@@ -69,6 +70,7 @@ static void set_step(link_state *s, const tl_stepped_link *link, double h) {
 
   s->h = h;
   s->h_over_inertia = h / link->inertia_kg_m2;
+  s->drag = s->h_over_inertia * s->drag_Nm;
   s->dry = dry * (link->coulomb_Nm > 0.0 ? link->coulomb_Nm : 0.0);
   s->slow = 1.0 / (1.0 + viscous * (link->viscous_Nms_rad > 0.0 ? link->viscous_Nms_rad : 0.0));
 }
@@ -80,6 +82,15 @@ static double spring(const link_state *s, double twist) {
   return s->stiffness * twist - s->soft_loss * soft + s->hardening * twist * twist * twist;
 }
 
+/* Friction takes the link along with its motor, at the most to the motor's speed; its torque on the link. */
+static double drag_link(link_state *s, double motor) {
+  double change = motor - s->speed;
+
+  change = change > s->drag ? s->drag : change < -s->drag ? -s->drag : change;
+  s->speed += change;
+  return change / s->h_over_inertia;
+}
+
 /* One step, with motor and load amid it; the spring's torque on the link amid it. Teeth push and do not pull. */
 static double step_link(link_state *s, double motor, double load) {
   double beyond, force = 0.0;
@@ -89,6 +100,7 @@ static double step_link(link_state *s, double motor, double load) {
   if (beyond != 0.0) force = -spring(s, beyond) - s->damping * (s->speed - motor);
   if (force * beyond > 0.0) force = 0.0;
   s->speed += s->h_over_inertia * (force - load);
+  if (s->drag > 0.0) force += drag_link(s, motor);
   s->speed -= s->speed > s->dry ? s->dry : s->speed < -s->dry ? -s->dry : s->speed;
   s->speed *= s->slow;
   s->angle += 0.5 * s->h * (s->speed - motor);

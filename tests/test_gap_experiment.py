@@ -126,12 +126,12 @@ def test_the_gain_is_that_of_least_squares_on_old_and_new_rows(twin, contest):
     pair = Pair(found, truth, Explanation("one shape", [rival], 0.0))
     new = Gram(planned.evidence, [planned.scene], contest.candidates)
     columns = [[*truth[0].columns], [*rival[0].columns]]
-    base, mine, reading = rows_of(found.gram, [found.gram.place[c] for c in columns[0]])
+    base, mine, reading = rows_of(found.gram, columns[0])
     strengths, _ = least_squares(np.hstack([base, mine]), reading)
-    _, his, _ = rows_of(found.gram, [found.gram.place[c] for c in columns[1]])
+    _, his, _ = rows_of(found.gram, columns[1])
     _, before = least_squares(np.hstack([base, his]), reading)
-    new_base, new_mine, _ = rows_of(new, [new.place[c] for c in columns[0]])
-    _, new_his, _ = rows_of(new, [new.place[c] for c in columns[1]])
+    new_base, new_mine, _ = rows_of(new, columns[0])
+    _, new_his, _ = rows_of(new, columns[1])
     predicted = np.hstack([new_base, new_mine]) @ strengths
     both = np.vstack([np.hstack([base, his]), np.hstack([new_base, new_his])])
     _, after = least_squares(both, np.concatenate([reading, predicted]))

@@ -81,6 +81,18 @@ def test_viscous_friction_stands_on_its_own_side():
         assert angle[-1] == pytest.approx(-share * 0.5 * speed / 400.0, abs=1e-7)
 
 
+def test_friction_in_the_gap_takes_the_link_along():
+    """At rest against its motor it carries a load up to its level; beyond that the link falls to the next tooth."""
+    n, speed, gap = 6000, 0.7, 0.02
+    shape = {"stiffness_Nm_rad": 400.0, "gap_rad": gap, "inertia_kg_m2": 0.02, "drag_Nm": 0.3, "step_s": 0.002}
+    motor, speeds = speed * 0.002 * np.arange(n), np.full(n, speed)
+    angle, torque = link_along(shape, motor, speeds, np.full(n, 0.25))
+    assert abs(angle[-1]) < 1e-9 and torque[-1] == pytest.approx(0.25, rel=1e-6)
+    angle, torque = link_along(shape, motor, speeds, np.full(n, 0.8))
+    assert torque[-1] == pytest.approx(0.8, rel=1e-6)
+    assert -gap / 2 - 0.8 / 400 <= angle[-1] <= -gap / 2 - 0.5 / 400  # the spring carries what friction leaves
+
+
 @pytest.mark.parametrize("load", [0.2, 1.5, 6.0])
 def test_a_spring_may_be_soft_at_first_and_harden(load):
     n, k, soft, share, cube = 8000, 500.0, 0.002, 0.4, 2e6

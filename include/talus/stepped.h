@@ -21,6 +21,7 @@ typedef struct tl_stepped_link {
   double stiffness_Nm_rad, gap_rad; /* > 0; the whole lost motion, >= 0 */
   double soft_rad, soft_share;      /* up to this twist only this share of the stiffness; 0 rad: none */
   double hardening_Nm_rad3;         /* torque by the twist's cube, >= 0 */
+  double drag_Nm;                   /* dry friction between motor and link, in the gap and out of it, >= 0 */
   double friction_share;            /* of the joint's dry friction that stands on the link's side, 0 to 1 */
   double viscous_share;             /* of its viscous friction, 0 to 1 */
   double inertia_kg_m2;             /* of the link, > 0 */

@@ -36,7 +36,7 @@ typedef struct tl_along_behind {
   double stiffness_Nm_rad, gap_rad, damping_s;
   double friction_share, viscous_share; /* of the joint's dry and viscous friction that stands beyond the spring */
   double motor_share;                   /* of the joint's own inertia that turns with its motor */
-  double soft_rad, soft_share, hardening_Nm_rad3; /* as in tl_stepped_link */
+  double soft_rad, soft_share, hardening_Nm_rad3, drag_Nm; /* as in tl_stepped_link */
 } tl_along_behind;
 void tl_along_link(const tl_effect_stretch *s, const tl_along_behind *p, int joint, int shows,
                    double *column);

@@ -24,6 +24,7 @@ static tl_stepped_link link_of(const tl_effect_stretch *s, const tl_model *bare,
   link.soft_rad = p->soft_rad;
   link.soft_share = p->soft_share;
   link.hardening_Nm_rad3 = p->hardening_Nm_rad3;
+  link.drag_Nm = p->drag_Nm;
   link.damping_s = p->damping_s;
   link.friction_share = p->friction_share;
   link.viscous_share = p->viscous_share;

@@ -31,6 +31,7 @@ class LinkShape:
     soft_rad: float = 0.0  # so far the spring has only a share of its stiffness
     soft_share: float = 1.0
     hardening: float = 0.0  # Nm/rad^3
+    drag_Nm: float = 0.0  # dry friction between motor and link
 
     def damping_s(self, inertia):
         """Damping of the spring over its stiffness."""
@@ -44,7 +45,7 @@ def link_behind(shape, t_s, motor, other_Nm, first_Nm, inertia, coulomb_Nm, visc
     inertia and friction; at the begin the spring carries `first_Nm`."""
     link = ffi.new("tl_stepped_link *", {
         "stiffness_Nm_rad": shape.stiffness, "gap_rad": 2 * shape.half, "soft_rad": shape.soft_rad, "soft_share": shape.soft_share,
-        "hardening_Nm_rad3": shape.hardening, "friction_share": shape.dry, "viscous_share": shape.viscous,
+        "hardening_Nm_rad3": shape.hardening, "drag_Nm": shape.drag_Nm, "friction_share": shape.dry, "viscous_share": shape.viscous,
         "damping_s": shape.damping_s(inertia), "inertia_kg_m2": inertia, "coulomb_Nm": coulomb_Nm,
         "viscous_Nms_rad": viscous, "first_Nm": first_Nm,
         "step_s": (t_s[-1] - t_s[0]) / (len(t_s) - 1)})  # fmt: skip

@@ -33,6 +33,7 @@ REFINED_WITHIN = 2.5  # times the best excess on the grid
 STEP_SHARES = (0.5, 0.25, 0.12)  # of a shape's first step
 MOST_ROUNDS = 2  # through all values with one step
 LEAST_REFINEMENT = 8.0  # chi-square: less is not worth another shape
+REFINED_BEYOND = 0.05  # nor is this share of the tolerance: shapes do not mend what reconstruction leaves
 
 
 class Fit:
@@ -163,7 +164,7 @@ class Search:
             return fit, False
         found = self.fit([*fit.chosen[:place], other, *fit.chosen[place + 1:]])
         within = all(c.within_range(s) for c, s in zip(found.chosen, found.strengths))
-        better = within and found.excess < fit.excess - LEAST_REFINEMENT
+        better = within and found.excess < fit.excess - max(LEAST_REFINEMENT, REFINED_BEYOND * self.tolerated)
         return (found, True) if better else (fit, False)
 
     def step(self, before, after):

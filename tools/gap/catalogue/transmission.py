@@ -12,7 +12,7 @@ MOTOR_SHARE = 0.15  # of the joint's own inertia that turns with its motor: a kn
 KNEE_MOTOR_SHARES = (0.15, 0.4)
 # of dry and of viscous friction on the link's side: a motor's bearings and its seal are viscous on their own
 SPRING_FRICTION = ((0, 0), (0.5, 0), (1, 0), (1, 1))
-GAP_FRICTION = ((0, 0), (0.3, 0), (0.6, 0), (1, 0), (0.5, 0.5), (1, 1))
+GAP_FRICTION = ((0, 0), (0.3, 0), (0.6, 0), (1, 0), (0.5, 0.5), (1, 1), (0, 1))
 SPRING_DAMPING_RATIO = 0.1  # metal gears, and enough for the free motion to die out
 SOFT_RAD = 0.002  # twist up to which a gear may be softer than beyond
 HARDER_RAD = 0.005  # twist at which hardening is told against stiffness
@@ -119,7 +119,7 @@ def _hidden(at):
 def _saved(at, shape):
     """The model file's parameters."""
     inertia = _inertia(at.scenes[0], at.number, shape.motor)[0]
-    gap = {"gap_rad": 2 * shape.half} if shape.half else {"soft_rad": shape.soft_rad, "soft_share": shape.soft_share,
+    gap = {"gap_rad": 2 * shape.half, "drag_Nm": shape.drag_Nm} if shape.half else {"soft_rad": shape.soft_rad, "soft_share": shape.soft_share,
                                                           "hardening_Nm_rad3": shape.hardening}  # fmt: skip
     return named("share", stiffness_Nm_rad=shape.stiffness, damping_s=float(shape.damping_s(inertia)),
                  friction_share=shape.dry, viscous_share=shape.viscous, motor_share=shape.motor, **gap)  # fmt: skip
@@ -165,13 +165,13 @@ def backlash(at):
     if _hidden(at):
         return
 
-    def lost(gap, stiffness, dry, viscous, motor, damping):
-        shape = LinkShape(stiffness, gap / 2, dry, viscous, motor, damping)
+    def lost(gap, stiffness, dry, viscous, motor, damping, drag=0.0):
+        shape = LinkShape(stiffness, gap / 2, dry, viscous, motor, damping, drag_Nm=drag * at.coulomb_Nm)
         figures = lambda x: {"gap_rad": float(x[0]) * gap, "stiffness_Nm_rad": stiffness}
         return Candidate("backlash", at.name, f"{1e3 * gap:.2g} mrad, {stiffness:g} Nm/rad{_sides(shape)}",
                          (_behind(at.number, shape),), figures, (0.4,), (1.8,), _saved(at, shape),
-                         Family(lost, (gap, stiffness, dry, viscous, motor, damping), (1.7, 3.0, 0.3, 0.3, 0.2, 1.7),
-                                (2e-4, 500.0, 0.0, 0.0, 0.02, 0.05), (0.03, 50000.0, 1.0, 1.0, 0.7, 1.0)))  # fmt: skip
+                         Family(lost, (gap, stiffness, dry, viscous, motor, damping, drag), (1.7, 3.0, 0.3, 0.3, 0.2, 1.7, 0.06),
+                                (2e-4, 500.0, 0.0, 0.0, 0.02, 0.05, 0.0), (0.03, 50000.0, 1.0, 1.0, 0.7, 1.0, 0.3)))  # fmt: skip
 
     for motor in _motor_shares(at):
         for dry, viscous in GAP_FRICTION:
