@@ -160,9 +160,8 @@ static void piece_as_recorded(const tl_effect_stretch *s, int joint, double *con
 
   if (end < begin + FEWEST_ROWS) return;
   if (window.order > (int)(end - begin) - 2) window.order = (int)(end - begin) - 2;
-  status =
-      tl_reconstruct(&window, s->t_s + begin, shift[0] + begin, end - begin, NULL, shift[1] + begin,
-                     shift[2] + begin, s->work + 4 * s->n, tl_reconstruct_workspace(room));
+  status = tl_reconstruct(&window, s->t_s + begin, shift[0] + begin, end - begin, NULL, shift[1] + begin,
+                          shift[2] + begin, s->work + 4 * s->n, tl_reconstruct_workspace(room));
   (void)status; /* too short for a window: the exact rates stand */
 }
 

@@ -34,8 +34,9 @@ void tl_along_rates(const tl_effect_stretch *s, double *const *shift);
 /* What a joint shows beyond a spring with a gap, driven by its motor's recorded motion, with no gap: elasticity. */
 typedef struct tl_along_behind {
   double stiffness_Nm_rad, gap_rad, damping_s;
-  double friction_share, viscous_share; /* of the joint's dry and viscous friction that stands beyond the spring */
-  double motor_share;                   /* of the joint's own inertia that turns with its motor */
+  double friction_share,
+      viscous_share;  /* of the joint's dry and viscous friction that stands beyond the spring */
+  double motor_share; /* of the joint's own inertia that turns with its motor */
   double soft_rad, soft_share, hardening_Nm_rad3, drag_Nm; /* as in tl_stepped_link */
 } tl_along_behind;
 void tl_along_link(const tl_effect_stretch *s, const tl_along_behind *p, int joint, int shows,

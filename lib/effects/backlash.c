@@ -29,10 +29,12 @@ const tl_effect_kind tl_effect_backlash = {
                   {"gap_rad", 1e-4, 0.1, 0.004, 0, 0.0},
                   {"stiffness_Nm_rad", 100.0, 100000.0, 3000.0, 0, 0.0},
                   {"damping_s", 0.0, 2.0, DAMPING_S, TL_OTHERWISE(DAMPING_S)},
-                  {"friction_share", 0.0, 1.0, 0.0, TL_RECORDED(0.0)}, /* beyond the gap, of the dry friction */
+                  {"friction_share", 0.0, 1.0, 0.0,
+                   TL_RECORDED(0.0)}, /* beyond the gap, of the dry friction */
                   {"viscous_share", 0.0, 1.0, 0.0, TL_RECORDED(0.0)},
                   {"motor_share", 0.02, 0.9, TL_EFFECT_MOTOR_SHARE, TL_OTHERWISE(TL_EFFECT_MOTOR_SHARE)},
-                  {"drag_Nm", 0.0, 100.0, 0.0, TL_RECORDED(0.0)}}, /* friction between motor and joint in the gap */
+                  {"drag_Nm", 0.0, 100.0, 0.0,
+                   TL_RECORDED(0.0)}}, /* friction between motor and joint in the gap */
     .change = change,
     .along = along,
     .memory_s = 2.0,

@@ -26,7 +26,8 @@ static void twist(const tl_effect_stretch *s, int joint, int by_friction, int sh
 /* The joint swings on its spring against its motor, under the load of the motor's motion; or, where the spring
  * is stiff, it follows load and friction at once. */
 static void along(const tl_effect_stretch *s, int joint, const double *shape, int shows, double *column) {
-  tl_along_behind p = {shape[0], 0.0, shape[1], shape[2], shape[3], shape[4], shape[5], shape[6], shape[7], 0.0};
+  tl_along_behind p = {shape[0], 0.0,      shape[1], shape[2], shape[3],
+                       shape[4], shape[5], shape[6], shape[7], 0.0};
   int k;
 
   tl_along_link(s, &p, joint, shows, column);
@@ -45,7 +46,8 @@ const tl_effect_kind tl_effect_elasticity = {
                   {"friction_compliance_rad_Nm", 0.0, 0.05, 0.0, TL_RECORDED(0.0)},
                   {"stiffness_Nm_rad", 20.0, 100000.0, 1000.0, 0, 0.0},
                   {"damping_s", 0.0, 2.0, 0.001, 0, 0.0},
-                  {"friction_share", 0.0, 1.0, 0.0, TL_RECORDED(0.0)}, /* beyond the spring, of the dry friction */
+                  {"friction_share", 0.0, 1.0, 0.0,
+                   TL_RECORDED(0.0)}, /* beyond the spring, of the dry friction */
                   {"viscous_share", 0.0, 1.0, 0.0, TL_RECORDED(0.0)},
                   {"motor_share", 0.02, 0.9, TL_EFFECT_MOTOR_SHARE, TL_OTHERWISE(TL_EFFECT_MOTOR_SHARE)},
                   {"soft_rad", 0.0, 0.1, 0.0, TL_RECORDED(0.0)}, /* so far a share of the stiffness */

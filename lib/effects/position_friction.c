@@ -34,6 +34,7 @@ const tl_effect_kind tl_effect_position_friction = {
                   {"cosine_Nm", -100.0, 100.0, 0.0, TL_OTHERWISE(0.0)},
                   {"middle_rad", -1000.0, 1000.0, 0.0, TL_OTHERWISE(0.0)}, /* the angle counts from here */
                   {"wave_1_rad", 0.0, 10000.0, 0.0, TL_OTHERWISE(0.0)},
-                  {"range_rad", 0.0, 1000.0, 0.0, TL_OTHERWISE(0.0)}}, /* of the polynomial, to each side; 0: any */
+                  {"range_rad", 0.0, 1000.0, 0.0,
+                   TL_OTHERWISE(0.0)}}, /* of the polynomial, to each side; 0: any */
     .law = law,
 };

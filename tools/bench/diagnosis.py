@@ -57,7 +57,7 @@ def scan(size, recording, model):
     search = search_of(recording, model)
     candidates = search.gram.candidates
     some = random.Random(1).sample(candidates, size.scaled(TRIED, 3))
-    mine = dict(zip(candidates, (chi2 for chi2, _ in search.gram.scan([], candidates)), strict=True))
+    mine = dict(zip(candidates, (chi2 for chi2, *_ in search.gram.scan([], candidates)), strict=True))
     off = max(abs(mine[c] - least_squares(search.gram, c)) / mine[c] for c in some)
     seconds = alternate(size.scaled(5, 2), talus=lambda: search.gram.scan([], candidates),
                         numpy=lambda: [least_squares(search.gram, c) for c in some])  # fmt: skip

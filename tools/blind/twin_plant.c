@@ -197,7 +197,8 @@ void twin_forces(const twin_bench *b, twin_state *s, double t, double *force) {
     force[at] += drive + ripple - s->applied[joint];
     add_to_joint(force, joint, twin_beside(b, s, joint, t));
     if (twin_flexible(j)) {
-      double beyond = j->viscous * j->viscous_share; /* of viscous friction, on the joint's side of the spring */
+      double beyond =
+          j->viscous * j->viscous_share; /* of viscous friction, on the joint's side of the spring */
       force[at] += beyond * s->v[at];
       add_to_joint(force, joint, -beyond * twin_joint_angle(s->v, joint));
       twin_coupling(b, s, joint, &drive, &link);

@@ -25,6 +25,8 @@ THIRD_MUST_CLOSE = 0.60
 CLOSED_ENOUGH = 0.01  # of the excess: no further effect is looked for
 COLUMN_PRICE = 2.0  # chi-square for each further column, whose choice the folds do not see
 BEAM = 3
+INERTIAL = ("shank_inertia", "shank_moment", "foot_moment", "foot_inertia")  # the leg's first base parameters
+FARTHEST = 1.2  # of its given value, that such a parameter may be off beside an effect
 JOINABLE = ("cogging", "kinematic_error", "base_compliance")
 JOINED_MUST_CLOSE = 0.2
 MOST_JOINED = 4
@@ -39,8 +41,13 @@ REFINED_BEYOND = 0.05  # nor is this share of the tolerance: shapes do not mend 
 class Fit:
     """A set of candidates fitted together."""
 
-    def __init__(self, chosen, excess, strengths=()):
+    def __init__(self, chosen, excess, strengths=(), physical=True):
         self.chosen, self.excess, self.strengths = list(chosen), excess, strengths
+        self._base_is_physical = physical
+
+    def is_physical(self):
+        """Are strengths and base parameters within what there can be?"""
+        return self._base_is_physical and all(c.within_range(s) for c, s in zip(self.chosen, self.strengths))
 
 
 class Search:
@@ -68,21 +75,28 @@ class Search:
 
     def fit(self, chosen):
         """The excess over noise that these candidates leave on held-out blocks, and each one's strengths."""
-        chi2, strengths = self.gram.held_out(self.columns(chosen))
-        return self._fit(chosen, chi2, strengths)
+        return self._fit(chosen, *self.gram.held_out(self.columns(chosen)))
 
-    def _fit(self, chosen, chi2, strengths):
+    def _fit(self, chosen, chi2, strengths, base):
         rest, own = list(strengths), []
         for candidate in chosen:
             own.append([rest.pop(0) for _ in candidate.columns])
         price = COLUMN_PRICE * sum(len(c.columns) - 1 for c in chosen)
-        return Fit(chosen, chi2 - self.freedom + price, own)
+        return Fit(chosen, chi2 - self.freedom + price, own, self._near_the_given(base))
+
+    def _near_the_given(self, base):
+        """A spring and a foot four times as heavy together look like a cable between both joints: no effect is worth a
+        leg that is not the given one."""
+        if not self.evidence.leg:
+            return True
+        given = self.evidence.prior[self.gram.base[:len(INERTIAL)]]
+        return bool(np.all(np.abs(base[:len(INERTIAL)] - given) <= FARTHEST * np.abs(given)))
 
     def beside(self, chosen, candidates):
         """Fits of each candidate beside the chosen ones; those out of physical range are left out."""
         found = self.gram.scan(self.columns(chosen), candidates)
-        fits = [self._fit([*chosen, c], chi2, strengths) for c, (chi2, strengths) in zip(candidates, found)]
-        return [fit for fit in fits if all(c.within_range(s) for c, s in zip(fit.chosen, fit.strengths))]
+        fits = [self._fit([*chosen, c], *one) for c, one in zip(candidates, found)]
+        return [fit for fit in fits if fit.is_physical()]
 
     def scan(self, chosen):
         """The best shape of every (effect, joint) beside the chosen ones, best first."""
@@ -163,8 +177,7 @@ class Search:
         if other is None:
             return fit, False
         found = self.fit([*fit.chosen[:place], other, *fit.chosen[place + 1:]])
-        within = all(c.within_range(s) for c, s in zip(found.chosen, found.strengths))
-        better = within and found.excess < fit.excess - max(LEAST_REFINEMENT, REFINED_BEYOND * self.tolerated)
+        better = found.is_physical() and found.excess < fit.excess - max(LEAST_REFINEMENT, REFINED_BEYOND * self.tolerated)
         return (found, True) if better else (fit, False)
 
     def step(self, before, after):
