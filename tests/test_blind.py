@@ -280,7 +280,8 @@ def test_a_proposed_experiment_is_made(tmp_path, capsys):
     hidden = json.loads((folder / "sealed/labels.json").read_text())["cases"][0]
     t = np.arange(0.0, 6.0, 0.01)
     wave = np.array([t, 0.3 * np.sin(3 * t) ** 3, 0.2 * np.sin(4 * t) ** 3])
-    np.savetxt(path, wave.T, delimiter=",", header="time_s,knee_rad,ankle_rad", comments="")
+    # as talus-gap writes it, with a line of words before
+    np.savetxt(path, wave.T, delimiter=",", header="# a wave, and another\ntime_s,knee_rad,ankle_rad", comments="")
     stub = tmp_path / "stub"
     stub.write_text(
         PROPOSING.format(python=sys.executable, effect=hidden["effect"], joint=hidden["joint"], trajectory=str(path))

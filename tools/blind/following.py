@@ -16,8 +16,9 @@ STREAM = 9  # of random numbers, beside those of the case
 
 
 def read_trajectory(path):
-    """Columns time_s, knee_rad, ankle_rad."""
-    table = np.genfromtxt(path, delimiter=",", names=True, comments="#")
+    """Columns time_s, knee_rad, ankle_rad; a line of words may stand before them."""
+    lines = [line for line in Path(path).read_text(encoding="utf-8").splitlines() if not line.startswith("#")]
+    table = np.genfromtxt(lines, delimiter=",", names=True)
     return np.array([table[name] for name in ("time_s", "knee_rad", "ankle_rad")])
 
 

@@ -80,7 +80,7 @@ def best_shapes(search, chosen):
 def moved(search, chosen, i, least):
     """Moves the i-th effect's shape downhill, one value after the other, with ever smaller steps."""
     for share in STEP_SHARES:
-        for number in range(len(chosen[i].family.values) if chosen[i].family else 0):
+        for number in range(len(chosen[i].family.directions) if chosen[i].family else 0):
             for side in (1, -1):
                 other = chosen[i].family.beside(number, share, side)
                 value = np.inf if other is None else cost(search, [*chosen[:i], other, *chosen[i + 1:]], i)

@@ -139,7 +139,7 @@ class Search:
             if share == done:
                 continue
             before = fit
-            for number in range(len(fit.chosen[place].family.values) if fit.chosen[place].family else 0):
+            for number in range(len(fit.chosen[place].family.directions) if fit.chosen[place].family else 0):
                 fit = self._moved(fit, place, number, share)
             done = share if fit is before else None
         self.gram.forget(fit.chosen)

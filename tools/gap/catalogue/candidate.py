@@ -30,13 +30,21 @@ class Family:
     steps: tuple
     low: tuple
     high: tuple
+    together: tuple = ()  # ((value, part of its step), ...) of values that are moved together, too
+
+    @property
+    def directions(self):
+        """What can be moved: each value by its step, and those that go together."""
+        return [((number, 1.0),) for number in range(len(self.values))] + list(self.together)
 
     def beside(self, number, share, side):
-        """The candidate with one value moved by a share of its step; None beyond the limits."""
-        values, step = list(self.values), self.steps[number]
-        values[number] = values[number] * step ** (side * share) if step > 1 else values[number] + side * share * step
-        if not self.low[number] <= values[number] <= self.high[number]:
-            return None
+        """The candidate moved by a share of the steps in one direction; None beyond the limits."""
+        values = list(self.values)
+        for k, part in self.directions[number]:
+            by, step = side * share * part, self.steps[k]
+            values[k] = values[k] * step**by if step > 1 else values[k] + by * step
+            if not self.low[k] <= values[k] <= self.high[k]:
+                return None
         return self.make(*map(float, values))
 
 

@@ -12,11 +12,13 @@ MOTOR_SHARE = 0.15  # of the joint's own inertia that turns with its motor: a kn
 KNEE_MOTOR_SHARES = (0.15, 0.4)
 # of dry and of viscous friction on the link's side: a motor's bearings and its seal are viscous on their own
 SPRING_FRICTION = ((0, 0), (0.5, 0), (1, 0), (1, 1))
-GAP_FRICTION = ((0, 0), (0.3, 0), (0.6, 0), (1, 0), (0.5, 0.5), (1, 1), (0, 1))
+GAP_FRICTION = ((0, 0), (0.3, 0), (0.6, 0), (1, 0), (0.3, 0.3), (0.6, 0.6), (1, 1), (0, 1))
 SPRING_DAMPING_RATIO = 0.1  # metal gears, and enough for the free motion to die out
 SOFT_RAD = 0.002  # twist up to which a gear may be softer than beyond
 HARDER_RAD = 0.005  # twist at which hardening is told against stiffness
-TEETH_DAMPING_RATIO = 0.3  # where the motor's recorded motion is a wall that bounces more than a rotor does
+BOTH_FRICTIONS = (((2, 0.5), (3, -1.0)), ((2, 1.0), (3, 1.0)))  # dry for viscous at the speeds of a leg, and both
+TEETH_DAMPING_RATIO = 0.1
+KNEE_TEETH_DAMPING_RATIO = 0.3  # its light rotor gives way, and the recorded motion is a wall that bounces more
 STIFFEST_NM_RAD = 15000.0  # that shows: what looks stiffer is the trace of something else in the smoothed acceleration
 FASTEST_SWING = 4.0  # rad from sample to sample, of a link on a spring: a stiffer one follows at once
 USUAL_SPRING_NM_RAD = (1.0, 15.0)
@@ -171,12 +173,13 @@ def backlash(at):
         return Candidate("backlash", at.name, f"{1e3 * gap:.2g} mrad, {stiffness:g} Nm/rad{_sides(shape)}",
                          (_behind(at.number, shape),), figures, (0.4,), (1.8,), _saved(at, shape),
                          Family(lost, (gap, stiffness, dry, viscous, motor, damping, drag), (1.7, 3.0, 0.3, 0.3, 0.2, 1.7, 0.06),
-                                (2e-4, 500.0, 0.0, 0.0, 0.02, 0.05, 0.0), (0.03, 50000.0, 1.0, 1.0, 0.7, 1.0, 0.3)))  # fmt: skip
+                                (2e-4, 500.0, 0.0, 0.0, 0.02, 0.05, 0.0), (0.03, 50000.0, 1.0, 1.0, 0.7, 1.0, 0.3), BOTH_FRICTIONS))  # fmt: skip
 
+    damping = KNEE_TEETH_DAMPING_RATIO if at.evidence.leg and at.number == 0 else TEETH_DAMPING_RATIO
     for motor in _motor_shares(at):
         for dry, viscous in GAP_FRICTION:
             for gap in GAPS_RAD:
-                yield lost(gap, TEETH_NM_RAD, float(dry), float(viscous), motor, TEETH_DAMPING_RATIO)
+                yield lost(gap, TEETH_NM_RAD, float(dry), float(viscous), motor, damping)
 
 
 def _sides(shape):
