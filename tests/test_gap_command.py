@@ -271,3 +271,14 @@ def test_what_lies_behind_the_knees_gear_is_named_without_an_encoder_there(tmp_p
     check_form(report)
     assert (report["verdict"]["effect"], report["verdict"]["joint"]) == (effect, "knee")
     assert report["gap"]["knee"]["closed_fraction"] > 0.9
+
+
+def test_recordings_need_not_have_the_same_sensors(tmp_path):
+    """A camera that only the second recording had: its channels count there, and the next experiment does without."""
+    hidden = {("nonlinear_viscous", "knee"): EFFECTS["nonlinear_viscous", "knee"]}
+    first = simulate(tmp_path, hidden, duration_s=30)
+    run("talus-sim", "--model", tmp_path / "truth.yaml", "--out", tmp_path / "seen.csv", "--seed", 2, "--duration", 30, "--camera")
+    for recordings in ((first, tmp_path / "seen.csv"), (tmp_path / "seen.csv", first)):
+        report = diagnose(tmp_path, *recordings)
+        check_form(report)
+        assert report["verdict"]["effect"] == "nonlinear_viscous"

@@ -46,7 +46,8 @@ class Gram:
         self.first = evidence.bases + len(evidence.angle_kinds)
         self.columns = list(dict.fromkeys(c for candidate in candidates for c in candidate.columns))
         self.place = {column: k for k, column in enumerate(self.columns)}
-        self.layouts = [Layout(evidence, kind) for kind in evidence.kinds]
+        shown = {c.kind for c in evidence.channels}  # a planned recording may lack a sensor that another one had
+        self.layouts = [Layout(evidence, kind) for kind in evidence.kinds if kind in shown]
         self.plain = [self._plain_rows(layout) for layout in self.layouts]
         self.rows = [np.zeros((0, 0), np.float32)] * len(self.layouts)
         self.owner = [np.zeros(0, int)] * len(self.layouts)  # the column of each row kept

@@ -132,7 +132,7 @@ def why(search, verdict, contest, option, limits):
     if more and len(short) == len(contest.others):
         words = [f"{head_of(verdict, contest)}, nor by any trajectory within them. Next: {more}."]
         words += beside_trajectory(search, contest, option, short, limits)
-        words.append(f"The trajectory for it: {run}.")
+        words.append(f"A trajectory for it: {run}.")
     else:
         words = [f"{head_of(verdict, contest)}. Next: {run}."]
         if more:
@@ -178,6 +178,8 @@ def named_effect(search, verdict):
     if not found:
         return in_words(verdict), None
     option = min(found, key=Option.rank)
+    if verdict.confusable() and not option.reached(option.repeats()):  # words say what would tell them apart
+        return why(search, verdict, contest, option, limits), None
     q = np.concatenate([option.q] * option.repeats(), axis=1)
     return (why(search, verdict, contest, option, limits),
             to_text(q, search.evidence.model, TRAJECTORIES[option.name][1]))  # fmt: skip
