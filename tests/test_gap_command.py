@@ -282,3 +282,15 @@ def test_recordings_need_not_have_the_same_sensors(tmp_path):
         report = diagnose(tmp_path, *recordings)
         check_form(report)
         assert report["verdict"]["effect"] == "nonlinear_viscous"
+
+
+def test_a_rough_model_file_does_not_hide_an_effect(tmp_path):
+    """A foot with a shoe that the file does not know, three times its moment: identification finds it, and so the effect."""
+    recording = simulate(tmp_path, {("nonlinear_viscous", "knee"): EFFECTS["nonlinear_viscous", "knee"]})
+    rough = yaml.safe_load(LEG.read_text())
+    rough["foot"]["com_m"] /= 3
+    rough["foot"]["inertia_kg_m2"] /= 2
+    (tmp_path / "rough.yaml").write_text(yaml.safe_dump(rough))
+    report = diagnose(tmp_path, recording, model=tmp_path / "rough.yaml")
+    check_form(report)
+    assert (report["verdict"]["effect"], report["verdict"]["joint"]) == ("nonlinear_viscous", "knee")

@@ -41,9 +41,9 @@ class Evidence:
         self.leg = model.plant == "leg"
         self.joints, self.bases = len(model.joints), len(model.base)
         self.prior = np.array(list(model.base.values()))
-        moved = np.abs(np.array(list(talus.Model.from_tree(tree).base.values())) - self.prior)
+        self.identified = np.array(list(talus.Model.from_tree(tree).base.values()))
         width = PRIOR_WIDTH if self.leg else PRIOR_WIDTH_OF_ONE_JOINT
-        self.prior_width = np.maximum(width * np.abs(self.prior), moved)
+        self.prior_width = np.maximum(width * np.abs(self.prior), np.abs(self.identified - self.prior))
         self.velocity_only = model.plant == "pendulum" and "joint_rad" not in tracks[0].columns
         self.load_sensor = "joint_load_Nm" in tracks[0].columns
         if self.leg:

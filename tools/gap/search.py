@@ -26,7 +26,7 @@ CLOSED_ENOUGH = 0.01  # of the excess: no further effect is looked for
 COLUMN_PRICE = 2.0  # chi-square for each further column, whose choice the folds do not see
 BEAM = 3
 INERTIAL = ("shank_inertia", "shank_moment", "foot_moment", "foot_inertia")  # the leg's first base parameters
-FARTHEST = 1.2  # of its given value, that such a parameter may be off beside an effect
+FARTHEST, FARTHEST_FROM_IDENTIFIED = 1.2, 0.5  # of its value there, that such a parameter may be off beside an effect
 JOINABLE = ("cogging", "kinematic_error", "base_compliance")
 JOINED_MUST_CLOSE = 0.2
 MOST_JOINED = 4
@@ -82,15 +82,17 @@ class Search:
         for candidate in chosen:
             own.append([rest.pop(0) for _ in candidate.columns])
         price = COLUMN_PRICE * sum(len(c.columns) - 1 for c in chosen)
-        return Fit(chosen, chi2 - self.freedom + price, own, self._near_the_given(base))
+        return Fit(chosen, chi2 - self.freedom + price, own, self._is_this_leg(base))
 
-    def _near_the_given(self, base):
+    def _is_this_leg(self, base):
         """A spring and a foot four times as heavy together look like a cable between both joints: no effect is worth a
-        leg that is not the given one."""
+        leg that is neither the given one nor, where the file is rough, the one that identification finds without it."""
         if not self.evidence.leg:
             return True
-        given = self.evidence.prior[self.gram.base[:len(INERTIAL)]]
-        return bool(np.all(np.abs(base[:len(INERTIAL)] - given) <= FARTHEST * np.abs(given)))
+        seen = self.gram.base[:len(INERTIAL)]
+        given, identified = self.evidence.prior[seen], self.evidence.identified[seen]
+        near = np.abs(base[:len(INERTIAL)] - given) <= FARTHEST * np.abs(given)
+        return bool(np.all(near | (np.abs(base[:len(INERTIAL)] - identified) <= FARTHEST_FROM_IDENTIFIED * np.abs(identified))))
 
     def beside(self, chosen, candidates):
         """Fits of each candidate beside the chosen ones; those out of physical range are left out."""
