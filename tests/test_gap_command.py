@@ -294,3 +294,15 @@ def test_a_rough_model_file_does_not_hide_an_effect(tmp_path):
     report = diagnose(tmp_path, recording, model=tmp_path / "rough.yaml")
     check_form(report)
     assert (report["verdict"]["effect"], report["verdict"]["joint"]) == ("nonlinear_viscous", "knee")
+
+
+def test_a_rest_needs_no_trajectory_and_a_known_mass_does(tmp_path):
+    for effect, word in (
+        (("current_offset", "knee", {"torque_Nm": 0.012}), "unpowered"),
+        (("load_friction", "knee", {"coefficient": 0.25, "rotor_share": 1.0, "friction_share": 0.0}), "mass"),
+    ):
+        name, joint, parameters = effect
+        report = diagnose(tmp_path, simulate(tmp_path, {(name, joint): parameters}))
+        assert name in [e["effect"] for e in (report["verdict"], *report["alternatives"])] and report["confusable"]
+        assert word in report["next_experiment"]["why"]
+        assert report["next_experiment"]["trajectory"] == (None if word == "unpowered" else "gap.next.csv")

@@ -132,7 +132,9 @@ def why(search, verdict, contest, option, limits):
     if more and len(short) == len(contest.others):
         words = [f"{head_of(verdict, contest)}, nor by any trajectory within them. Next: {more}."]
         words += beside_trajectory(search, contest, option, short, limits)
-        words.append(f"A trajectory for it: {run}.")
+        if at_rest(contest):
+            return " ".join(words)
+        words.append(f"The motion for it: {trajectory}; {option.length_s:.0f} s.")
     else:
         words = [f"{head_of(verdict, contest)}. Next: {run}."]
         if more:
@@ -145,7 +147,7 @@ def why(search, verdict, contest, option, limits):
 def beside_trajectory(search, contest, option, short, limits):
     """Words on the gain of what needs more than a trajectory."""
     names = {candidate.effect for candidate in contest.candidates}
-    if "current_offset" in names:
+    if at_rest(contest):
         yield f"Predicted gain of the rest: {figure(rest_gain(search, contest))}."
     elif PAYLOAD & names:
         loaded = Option(option.name, option.q, Planned(search, option.q, loaded=True), limits, contest)
@@ -153,6 +155,11 @@ def beside_trajectory(search, contest, option, short, limits):
         for k in short:
             yield (f"Predicted gain over {contest.others[k].name} with {mass}: {figure(loaded.worst(k))} in "
                    f"{option.length_s:.0f} s, at {100 * loaded.torque.max():.0f} % of the recorded torque.")  # fmt: skip
+
+
+def at_rest(contest):
+    """Is what needs more than a trajectory a rest?"""
+    return any(candidate.effect == "current_offset" for candidate in contest.candidates)
 
 
 def rest_gain(search, contest):
@@ -178,9 +185,10 @@ def named_effect(search, verdict):
     if not found:
         return in_words(verdict), None
     option = min(found, key=Option.rank)
-    if verdict.confusable() and not option.reached(option.repeats()):  # words say what would tell them apart
+    by_itself = bool(option.reached(option.repeats()))
+    if verdict.confusable() and not by_itself and at_rest(contest):  # no motion takes part in a rest
         return why(search, verdict, contest, option, limits), None
-    q = np.concatenate([option.q] * option.repeats(), axis=1)
+    q = np.concatenate([option.q] * (option.repeats() if by_itself else 1), axis=1)
     return (why(search, verdict, contest, option, limits),
             to_text(q, search.evidence.model, TRAJECTORIES[option.name][1]))  # fmt: skip
 
