@@ -205,7 +205,8 @@ tl_status tl_kinematics(const tl_model *m, const tl_layout *layout, const tl_sen
     if (!w.x) return TL_ERR_ARGUMENT;
     status = angle ? position_motion(&w, track, j) : velocity_motion(&w, track, j);
     if (status != TL_OK) return status;
-    tl_slip_through_stops(block->t_s, w.quick, block->n, track->stop[j], track->stops[j], track->slip[j]);
+    tl_slip_through_stops(block->t_s, angle ? w.quick : w.v, block->n, track->stop[j], track->stops[j],
+                          track->slip[j]);
     for (i = 0; i < block->n; i++) track->speed[j][i] = fabs(w.quick[i]);
   }
   return TL_OK;

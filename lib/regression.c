@@ -64,6 +64,8 @@ tl_status tl_regression_set_effects(tl_regression *r, const tl_effect *effect, i
   for (j = 0; j < TL_MAX_JOINTS; j++) {
     r->model.drive[j].transmission = changed[j];
     r->delay_s[j] = change[j].delay_s;
+    r->telemetry_s[j] = change[j].telemetry_s;
+    r->drive_excess[j] = change[j].drive_excess;
     r->temperature[j] = temperature[j];
   }
   r->effect = effect;
@@ -156,13 +158,14 @@ static double value_at(const tl_block *block, const double *x, size_t i, double 
 }
 
 /* The drive's torque at a row's instant. Where it is an input, beside a sensor at the output, a current
- * that was sampled late stands further on. */
+ * that was sampled late stands further on, and a wrong torque constant is set right. */
 static double effort_at(const tl_regression *r, const tl_block *block, int joint, size_t i) {
   const double *effort = block->channel[r->layout.effort[joint]];
-  double delay = r->delay_s[joint];
+  double delay = r->delay_s[joint], scale = r->layout.effort_scale[joint];
 
-  if (r->layout.load == TL_CHANNEL_COUNT || delay == 0.0) return r->layout.effort_scale[joint] * effort[i];
-  return r->layout.effort_scale[joint] * value_at(block, effort, i, block->t_s[i] + delay);
+  if (r->layout.load == TL_CHANNEL_COUNT) return scale * effort[i];
+  scale *= 1.0 + r->drive_excess[joint];
+  return scale * (delay == 0.0 ? effort[i] : value_at(block, effort, i, block->t_s[i] + delay));
 }
 
 /* A gear's temperature changes more slowly than its sensor's noise: the mean of the rows of TEMPERATURE_S about row i,
@@ -243,25 +246,27 @@ static void effects_along(const tl_regression *r, const tl_block *block, int joi
   for (i = 0; i < block->n; i++) known[i] += sum[i];
 }
 
-/* a current sampled late shows the torque of an earlier instant */
-static void delay_rows(const tl_regression *r, const tl_block *block, int joint, tl_regression_space *space) {
-  double delay = r->delay_s[joint], *late = space->work;
+/* a joint's columns, and what is known, as they were `delay_s` ago */
+static void delay_rows(const tl_block *block, int joint, double delay_s, tl_regression_space *space) {
+  double *late = space->work;
   size_t i;
   int c;
 
-  if (delay == 0.0 || r->layout.load != TL_CHANNEL_COUNT) return;
+  if (delay_s == 0.0) return;
   for (c = 0; c <= space->rows[joint].columns; c++) {
     double *column = space->raw[joint] + (size_t)c * space->capacity;
-    for (i = 0; i < block->n; i++) late[i] = value_at(block, column, i, block->t_s[i] - delay);
+    for (i = 0; i < block->n; i++) late[i] = value_at(block, column, i, block->t_s[i] - delay_s);
     memcpy(column, late, block->n * sizeof *late);
   }
 }
 
-static void bridge_stops(const tl_regression_space *space, const double *t_s, int joint) {
+/* A recorded velocity runs on through a stop: nothing is cut there (tl_kinematics), so nothing is to be bridged. */
+static void bridge_stops(const tl_regression *r, const double *t_s, int joint, tl_regression_space *space) {
   const tl_track *track = &space->track;
   size_t k;
   int c;
 
+  if (r->layout.position[joint] == TL_CHANNEL_COUNT) return;
   for (k = 0; k < track->stops[joint]; k++) {
     const tl_stop *s = &track->stop[joint][k];
     if (s->before == TL_NO_ROW || s->after == TL_NO_ROW || t_s[s->after] - t_s[s->before] > TL_BRIDGE_S)
@@ -299,9 +304,11 @@ tl_status tl_regression_motion(const tl_regression *r, const tl_block *block, tl
   regressor_rows(r, block, space);
   for (j = 0; j < tl_joint_count(&r->model); j++) {
     effects_along(r, block, j, space);
-    bridge_stops(space, block->t_s, j);
-    delay_rows(r, block, j, space);
+    bridge_stops(r, block->t_s, j, space);
+    /* a current sampled late shows the torque of an earlier instant */
+    if (r->layout.load == TL_CHANNEL_COUNT) delay_rows(block, j, r->delay_s[j], space);
     measured_rows(r, block, j, space);
+    if (r->layout.load != TL_CHANNEL_COUNT) delay_rows(block, j, -r->telemetry_s[j], space);
   }
   return TL_OK;
 }

@@ -99,9 +99,14 @@ static double stop_slip(const tl_stop *s, const double *t_s, double before, doub
   return before * (left < 0.0 ? 0.0 : left > 1.0 ? 1.0 : left) + after * (right < 0.0 ? 0.0 : right);
 }
 
-/* sign of the motion on rows [begin, end): that of its middle, never of an extrapolated edge */
+/* sign of the motion on rows [begin, end): that of the way gone in its middle half, never of an extrapolated
+ * edge nor of one noisy row */
 static double piece_sign(const double *velocity, size_t begin, size_t end) {
-  return begin < end ? sign_of(velocity[begin + (end - begin) / 2]) : 0.0;
+  size_t edge = (end - begin) / 4, i;
+  double way = 0.0;
+
+  for (i = begin + edge; i + edge < end; i++) way += velocity[i];
+  return sign_of(way);
 }
 
 void tl_slip_through_stops(const double *t_s, const double *velocity, size_t n, const tl_stop *stop,

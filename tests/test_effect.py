@@ -92,7 +92,6 @@ def test_laws_against_their_formulas():
         ("parallel_spring", (0.1, 1.0)): [0.4, 0.064, 1.0, 0.16, 0.3],
         ("parallel_spring", (0.1, -1.0)): [0.4, 0.064, 1.0, 0.16, 0.0],
         ("parallel_spring", (0.7, -1.0)): [0.4, 0.064, 1.0, 0.16, -0.3],
-        ("torque_constant", ()): [-0.9],
         ("sensor_offset", ()): [-1.0],
     }
     assert {name for name, _ in expected} == {name for name, kind in kinds().items() if kind.law}
@@ -199,6 +198,45 @@ def test_with_a_load_sensor_constant_and_zero_are_told(tmp_path):
     away = (np.abs(v) > 0.05) & (recording.t > 0.1) & (recording.t < recording.t[-1] - 0.1)
     error = rows(tmp_path / "p.csv")["joint_load_Nm"] - columns_["joint_load_Nm"]
     assert np.max(np.abs(error)[away]) < 3e-3 * np.max(np.abs(torque))
+
+
+def sensed(tmp_path, current, load, effects):
+    """What a prediction misses of a sensor at the output, beside the largest torque, away from stops and ends."""
+    recording, (_, v, _, torque) = pendulum_recording()
+    columns_ = {**recording.columns, "joint_current_A": current(torque, v), "joint_load_Nm": load}
+    write_recording(tmp_path / "r.csv", talus.Recording(columns_))
+    (tmp_path / "m.yaml").write_text(yaml.safe_dump(with_effects(PENDULUM, *effects)))
+    run("talus-predict", "--model", tmp_path / "m.yaml", "--out", tmp_path / "p.csv", tmp_path / "r.csv")
+    away = (np.abs(v) > 0.2) & (recording.t > 0.1) & (recording.t < recording.t[-1] - 0.1)
+    error = rows(tmp_path / "p.csv")["joint_load_Nm"] - load
+    return np.max(np.abs(error)[away]) / np.max(np.abs(torque))
+
+
+def test_with_a_load_sensor_friction_grows_with_what_the_drive_truly_gives(tmp_path):
+    """drive - 0.1 |drive| sgn v = torque + load; the current says drive / 1.2."""
+    load = 2.0 * np.sin(pendulum_recording()[0].t)
+
+    def current(torque, v):
+        net = torque + load
+        return net / np.where(net * v > 0, 0.9, 1.1) / 1.2 / 2.0
+
+    effects = [("torque_constant", "joint", {"excess": 0.2}), ("load_friction", "joint", {"coefficient": 0.1})]
+    assert sensed(tmp_path, current, load, effects) < 3e-3
+    assert sensed(tmp_path, current, load, effects[:1]) > 0.05
+
+
+@pytest.mark.parametrize("angles_too", [0.0, 1.0])
+def test_with_a_load_sensor_telemetry_may_be_late(tmp_path, angles_too):
+    """The current of each row is 8 ms old; with `angles_too` the whole row is, so that the sensor is ahead of it."""
+    late_s, t = 0.008, pendulum_recording()[0].t
+    if angles_too:
+        load, current = 2.0 * np.sin(t + late_s), lambda torque, v: (torque + 2.0 * np.sin(t)) / 2.0
+    else:
+        load = 2.0 * np.sin(t)
+        current = lambda torque, v: np.interp(t - late_s, t, torque + load) / 2.0
+    parameters = {"delay_s": late_s, "angles_too": angles_too}
+    assert sensed(tmp_path, current, load, [("delay", "joint", parameters)]) < 5e-3
+    assert sensed(tmp_path, current, load, [("delay", "joint", {**parameters, "angles_too": 1 - angles_too})]) > 0.01
 
 
 @pytest.mark.parametrize("effect, message", [

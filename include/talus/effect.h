@@ -75,6 +75,8 @@ enum {
 /* What the effects of one joint change in its plant and sensors, for simulation. Zero: nothing. */
 typedef struct tl_effect_change {
   double delay_s;                               /* the current is later than the angles */
+  double telemetry_s;                           /* current and angles are later than a sensor at the output */
+  double drive_excess;                          /* the drive delivers 1 + this of what its constant says */
   double motor_sine_rad, motor_cosine_rad;      /* added to the motor's encoder, once a turn of it */
   double joint_sine_rad, joint_cosine_rad;      /* added to the joint's encoder, once a turn of it */
   double AB_m, BO_m, AC_m, BOF_rad;             /* added to the linkage's dimensions */

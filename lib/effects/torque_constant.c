@@ -1,20 +1,31 @@
-/* torque_constant.c: the drive delivers (1 + excess) of what current times constant says; needs a sensor at the output */
-#include "effects.h"
+/* torque_constant.c: the drive delivers (1 + excess) of what current times constant says; needs a sensor at the output.
+ * It comes before all that the gear does with that torque, so that friction grows with what it truly carries. */
+#include "along.h"
 
-static void law(const tl_effect_instant *now, const double *shape, double *torque, double *friction) {
+static void change(const double *value, tl_effect_change *to) {
+  to->drive_excess += value[0];
+}
+
+/* what the drive gives more need not be asked for */
+static void along(const tl_effect_stretch *s, int joint, const double *shape, int shows, double *column) {
+  size_t i;
+
   (void)shape;
-  torque[0] = -now->effort_Nm; /* what the drive gives more need not be asked for */
-  friction[0] = 0.0;
+  tl_along_nothing(column, s->n);
+  if (shows != joint || !s->effort_Nm) return;
+  for (i = 0; i < s->n; i++) column[i] = -s->effort_Nm[i];
 }
 
 const tl_effect_kind tl_effect_torque_constant = {
     .name = "torque_constant",
     .meaning = "the torque constant is wrong by a factor",
     .places = TL_EFFECT_AT_SINGLE,
-    .acts = TL_EFFECT_MEASURED,
+    .acts = TL_EFFECT_CHANGE,
     .needs_load_sensor = 1,
     .strengths = 1,
     .shapes = 0,
     .parameter = {{"excess", -0.9, 2.0, 0.1, 0, 0.0}},
-    .law = law,
+    .change = change,
+    .along = along,
+    .exact = 1,
 };

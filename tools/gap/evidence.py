@@ -44,6 +44,8 @@ class Evidence:
         self.identified = np.array(list(talus.Model.from_tree(tree).base.values()))
         width = PRIOR_WIDTH if self.leg else PRIOR_WIDTH_OF_ONE_JOINT
         self.prior_width = np.maximum(width * np.abs(self.prior), np.abs(self.identified - self.prior))
+        no_gravity = model.plant == "pendulum" and tree["gravity_moment_kg_m"] == 0  # a file's 0 means that there is none
+        self.absent = [k for k, name in enumerate(model.base) if no_gravity and name.startswith("gravity")]
         self.velocity_only = model.plant == "pendulum" and "joint_rad" not in tracks[0].columns
         self.load_sensor = "joint_load_Nm" in tracks[0].columns
         if self.leg:
@@ -167,7 +169,7 @@ class Evidence:
 
     def _find_blocks(self):
         """Block of every grid instant: whole periods, or about the wanted length."""
-        wanted_s = noise.block_length_s(sum(track.grid_t_s[-1] - track.grid_t_s[0] for track in self.tracks))
+        wanted_s = noise.block_length_s(sum(t.grid_t_s[-1] - t.grid_t_s[0] for t in self.tracks), self.joints)
         self.block_of, self.block_record = [], []
         for record, track in enumerate(self.tracks):
             period_s = self.periods_s[record]
@@ -199,6 +201,7 @@ class Evidence:
         if channel.kind[0] == "T":
             track, joint = self.tracks[channel.record], int(channel.kind[1])
             out[:, track.index[joint]] = track.x[joint][rows]
+            out[:, self.absent] = 0
         else:
             out[:, self.bases + self.angle_kinds.index(channel.kind)] = 1
         return out

@@ -63,18 +63,16 @@ def saved_effects(chosen, every):
 def model_text(tree, model, diagnosis):
     """(text of the model file, notes)."""
     fit, entries, notes = diagnosis.fit, [], []
-    chosen = best_shapes(diagnosis.search, fit.chosen) if fit else []
-    found = settled_fit(diagnosis.search, chosen, model) if chosen else None
-    if chosen:
-        entries, notes = saved_effects(chosen, found[1]) if found else saved_effects(fit.chosen, fit.strengths)
-    if entries and found and not notes:  # parameters that were fitted with the effects belong to all of them
-        for name, value in found[0].items():
-            place(tree, name, value)
-        if found[2] > BOUND_CHI2 + BOUND_SHARE * max(diagnosis.search.plain.excess - fit.excess, 0.0):
-            notes.append("with the effects, parameters end at their physical bounds: the model file fits less well than "
-                         "said")  # fmt: skip
-    elif entries and not notes:
-        notes.append("these recordings do not tell all parameters: the identified ones are kept beside the effects")
+    if fit and fit.chosen:
+        chosen = best_shapes(diagnosis.search, fit.chosen)
+        parameters, strengths, lost = settled_fit(diagnosis.search, chosen, model)
+        entries, notes = saved_effects(chosen, strengths)
+        if entries and not notes:  # parameters that were fitted with the effects belong to all of them
+            for name, value in parameters.items():
+                place(tree, name, value)
+            if lost > BOUND_CHI2 + BOUND_SHARE * max(diagnosis.search.plain.excess - fit.excess, 0.0):
+                notes.append("with the effects, parameters end at their physical bounds: the model file fits less well than "
+                             "said")  # fmt: skip
     if entries:
         tree = {**tree, "effects": entries}
     return "# diagnosed by talus-gap\n" + yaml.safe_dump(tree, sort_keys=False, default_flow_style=None, width=1000), notes

@@ -8,6 +8,9 @@ from scipy.special import gammaincinv
 BLOCK_S = 4.0  # longer than the memory of friction, springs and mount
 SHORTEST_BLOCK_S = 1.0
 WANTED_BLOCKS = 20  # short recordings get shorter blocks: a gain is judged by its spread over blocks
+# one joint is often driven through each speed or place once: long blocks would ask for what no other block has shown
+SHORTEST_BLOCK_OF_ONE_JOINT_S = 0.5
+WANTED_BLOCKS_OF_ONE_JOINT = 80
 SHORTEST_PERIOD_S, LONGEST_PERIOD_S = 0.5, 120.0
 REPEATS_BELOW = 1e-3  # mismatch of the angle, over twice its variance, of a motion that repeats
 FEWEST_REPEATED_ROWS = 50
@@ -33,9 +36,11 @@ def above_motion(raw):
     return robust_deviation(np.diff(raw, 3)) / np.sqrt(20.0)
 
 
-def block_length_s(time_s):
+def block_length_s(time_s, joints):
     """Length of a block for recordings of this total length."""
-    return float(np.clip(time_s / WANTED_BLOCKS, SHORTEST_BLOCK_S, BLOCK_S))
+    wanted, shortest = (WANTED_BLOCKS, SHORTEST_BLOCK_S) if joints > 1 else (WANTED_BLOCKS_OF_ONE_JOINT,
+                                                                          SHORTEST_BLOCK_OF_ONE_JOINT_S)  # fmt: skip
+    return float(np.clip(time_s / wanted, shortest, BLOCK_S))
 
 
 def mismatches(angles):
@@ -52,8 +57,10 @@ def mismatches(angles):
 
 
 def find_period_s(track):
-    """Shortest lag at which all joint angles repeat, or None."""
+    """Shortest lag at which all joint angles repeat, and beside a sensor at the output the drive's current, or None."""
     angles = [track.resample(q) for q in track.q]
+    if "joint_load_Nm" in track.columns:
+        angles.append(track.lowpass(track.resample(track.columns["joint_current_A"])))
     n, step_s = len(angles[0]), track.step_s
     if len(track.parts) != 1 or min(np.var(x) for x in angles) < 1e-12:
         return None

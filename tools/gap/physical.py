@@ -8,6 +8,7 @@ from talus import ffi, lib
 NEWTON_STEPS = 20
 STEP = 1e-6
 PRIOR_CHI2 = 0.01  # of a parameter as far from its prior as that is large: decides only what the data leave open
+SEEN = 1e-9  # of the largest slope: a parameter that moves less is not seen
 LEAST_SHARE = 1e-3  # of its prior, that a positive parameter keeps
 
 
@@ -56,7 +57,9 @@ def constrained(model, root, best, low, high):
     the other unknowns. Physical parameters keep their bounds, and what the fit leaves open stays near its prior."""
     parameters, bases = Parameters(model), len(model.base)
     count, size = len(parameters.start), 1.0 / np.maximum(np.sqrt((root[:, bases:] ** 2).sum(0)), 1e-12)
-    weight = np.sqrt(PRIOR_CHI2)
+    moves = np.linalg.norm(root[:, :bases] @ parameters.slope(np.zeros(count)), axis=0)
+    seen = moves > SEEN * moves.max()
+    weight = np.sqrt(PRIOR_CHI2) * (~seen | (parameters.start != 0))  # a zero does not say how far from it is far
 
     def unknowns(x):
         return np.concatenate([parameters.base(x[:count]), best[bases:] + size * x[count:]])
@@ -66,7 +69,7 @@ def constrained(model, root, best, low, high):
 
     def slope(x):
         top = np.hstack([root[:, :bases] @ parameters.slope(x[:count]), root[:, bases:] * size])
-        return np.vstack([top, np.hstack([weight * np.eye(count), np.zeros((count, len(size)))])])
+        return np.vstack([top, np.hstack([np.diag(weight), np.zeros((count, len(size)))])])
 
     lower = np.concatenate([parameters.lower(), (low - best[bases:]) / size])
     upper = np.concatenate([np.full(count, np.inf), (high - best[bases:]) / size])
@@ -74,4 +77,5 @@ def constrained(model, root, best, low, high):
     found = least_squares(residual, start, slope, bounds=(lower, np.maximum(upper, lower + 1e-12)), x_scale="jac",
                           xtol=1e-14, ftol=1e-14, gtol=1e-12, max_nfev=200)  # fmt: skip
     lost = float(np.sum((root @ (unknowns(found.x) - best)) ** 2))
-    return parameters.values(found.x[:count]), unknowns(found.x)[bases:], lost
+    values = parameters.values(np.where(seen, found.x[:count], 0.0))
+    return values, unknowns(found.x)[bases:], lost

@@ -3,6 +3,7 @@ physical parameters together."""
 
 import numpy as np
 
+from .catalogue.candidate import drive_excess
 from .gram import Gram
 from .physical import constrained
 from .scene import Scene
@@ -92,9 +93,9 @@ def moved(search, chosen, i, least):
 class Anew:
     """The chosen effects' rows on scenes at other base parameters: what of a law hangs on load or friction moves with them."""
 
-    def __init__(self, search, chosen, base):
+    def __init__(self, search, chosen, base, excess):
         self.evidence = search.evidence
-        self.scenes = [Scene(self.evidence, record, base) for record in range(len(self.evidence.tracks))]
+        self.scenes = [Scene(self.evidence, record, base, excess) for record in range(len(self.evidence.tracks))]
         self.gram = Gram(self.evidence, self.scenes, chosen)
 
 
@@ -102,25 +103,22 @@ def settled_fit(search, chosen, model):
     """joint_fit(), its columns made anew at the parameters found until these stay."""
     found = joint_fit(search, chosen, model)
     for _ in range(MOST_FITS):
-        if found is None:
-            break
         trial = model.copy()
         trial.set_parameters(**found[0])
-        before, base = search.scenes[0].base, np.array(list(trial.base.values()))
-        if np.allclose(base, before, rtol=STAYS, atol=0):
+        before, base, excess = search.scenes[0], np.array(list(trial.base.values())), drive_excess(chosen, found[1])
+        if np.allclose([*base, 1 + excess], [*before.base, 1 + before.drive_excess], rtol=STAYS, atol=0):
             break
-        search = Anew(search, chosen, base)
-        found = joint_fit(search, chosen, model) or found
+        search = Anew(search, chosen, base, excess)
+        found = joint_fit(search, chosen, model)
     return found
 
 
 def joint_fit(search, chosen, model):
     """Effects fitted together with the model's physical parameters, within the bounds of both: (parameters, strengths of
-    each effect, chi-square that the bounds cost); None where the recordings do not move a base parameter."""
+    each effect, chi-square that the bounds cost). A parameter that the recordings do not move keeps its prior."""
     rows = Rows(search, chosen)
-    bases, used = len(model.base), rows.used
-    if not set(range(bases)) <= set(used):
-        return None
+    bases = len(model.base)
+    used = np.union1d(np.arange(bases), rows.used)
     weights, best, _ = rows.settle()
     every = [rows.prior[used], *(w * part[used] for (part, _), w in zip(rows.parts, weights))]
     root = np.linalg.qr(np.hstack(every).T, mode="r")

@@ -9,10 +9,12 @@ GRAVITY_M_S2 = 9.81
 
 
 class Scene:
-    """Torques of one recording at identified base parameters. Arrays have one row a joint."""
+    """Torques of one recording at identified base parameters, the drive giving 1 + `drive_excess` of what current and
+    constant say. Arrays have one row a joint."""
 
-    def __init__(self, evidence, record, base):
+    def __init__(self, evidence, record, base, drive_excess=0.0):
         self.evidence, self.record, self.base = evidence, record, np.asarray(base, float)
+        self.drive_excess = drive_excess
         self.track = track = evidence.tracks[record]
         self.q, self.v, self.a, self.slip = track.q, track.v, track.a, track.slip
         self.t_s, self.step_s, self.columns = track.t_s, track.step_s, track.columns
@@ -125,7 +127,8 @@ class Scene:
 
     def _load_sensor(self):
         """A sensor at the output: load = drive - friction - inertia. The gear carries the drive's torque."""
-        self.drive_Nm = (self.columns["joint_current_A"] * self.evidence.drive_gain())[None]
+        self.given_drive_Nm = (self.columns["joint_current_A"] * self.evidence.drive_gain())[None]
+        self.drive_Nm = (1 + self.drive_excess) * self.given_drive_Nm
         self.link_Nm = self.drive_Nm
 
 
@@ -135,10 +138,10 @@ class Extent:
     def __init__(self, scenes):
         joints = range(scenes[0].evidence.joints)
 
-        def joined(name, j):
-            return np.concatenate([getattr(scene, name)[j] for scene in scenes])
+        def each(name, j):
+            return [getattr(scene, name)[j][scene.track.inside] for scene in scenes]
 
-        self.speed = [max(np.quantile(np.abs(scene.v[j]), 0.98) for scene in scenes) + 1e-9 for j in joints]
-        self.middle = [float(np.median(joined("q", j))) for j in joints]
-        self.half_range = [max(max(np.ptp(scene.q[j]) / 2 for scene in scenes), 1e-9) for j in joints]
-        self.motor_Nm = [max(np.quantile(np.abs(scene.motor_Nm[j]), 0.999) for scene in scenes) + 1e-12 for j in joints]
+        self.speed = [max(np.quantile(np.abs(v), 0.98) for v in each("v", j)) + 1e-9 for j in joints]
+        self.middle = [float(np.median(np.concatenate(each("q", j)))) for j in joints]
+        self.half_range = [max(max(np.ptp(q) / 2 for q in each("q", j)), 1e-9) for j in joints]
+        self.motor_Nm = [max(np.quantile(np.abs(x), 0.999) for x in each("motor_Nm", j)) + 1e-12 for j in joints]

@@ -5,7 +5,7 @@ import gc
 import numpy as np
 
 from .catalogue import candidates, sparse
-from .catalogue.candidate import joined
+from .catalogue.candidate import drive_excess, joined
 from .figures import Residuals
 from .gram import Gram
 from .scene import Extent, Scene
@@ -23,12 +23,14 @@ SINGLE_JOINT_LEAST_Z = 2.0  # recordings of one joint have few blocks
 SINGLE_JOINT_MUST_CLOSE = 0.3  # there is no other joint, and machines leave more than twins
 THIRD_MUST_CLOSE = 0.60
 CLOSED_ENOUGH = 0.01  # of the excess: no further effect is looked for
+SINGLE_JOINT_CLOSED_ENOUGH = 0.002  # a wrong constant beside a sensor closes nearly all, and what it hides is real
 COLUMN_PRICE = 2.0  # chi-square for each further column, whose choice the folds do not see
 BEAM = 3
 INERTIAL = ("shank_inertia", "shank_moment", "foot_moment", "foot_inertia")  # the leg's first base parameters
 FARTHEST, FARTHEST_FROM_IDENTIFIED = 1.2, 0.5  # of its value there, that such a parameter may be off beside an effect
 JOINABLE = ("cogging", "kinematic_error", "base_compliance")
 JOINED_MUST_CLOSE = 0.2
+STEPS_WITHIN_TOLERANCE = 3.0  # least steps that a gain must be worth where the tolerance alone explains the excess
 MOST_JOINED = 4
 REFINED = 3  # of the best effects, between the grid's shapes
 REFINED_WITHIN = 2.5  # times the best excess on the grid
@@ -53,9 +55,9 @@ class Fit:
 class Search:
     """Candidates at identified base parameters, and the fits among them."""
 
-    def __init__(self, evidence, base, choose=list):
+    def __init__(self, evidence, base, choose=list, drive_excess=0.0):
         self.evidence = evidence
-        self.scenes = [Scene(evidence, record, base) for record in range(len(evidence.tracks))]
+        self.scenes = [Scene(evidence, record, base, drive_excess) for record in range(len(evidence.tracks))]
         self.extent = Extent(self.scenes)
         self.gram = Gram(evidence, self.scenes, choose(candidates(evidence, self.scenes, self.extent)))
         self.freedom = evidence.freedom()
@@ -92,7 +94,8 @@ class Search:
         seen = self.gram.base[:len(INERTIAL)]
         given, identified = self.evidence.prior[seen], self.evidence.identified[seen]
         near = np.abs(base[:len(INERTIAL)] - given) <= FARTHEST * np.abs(given)
-        return bool(np.all(near | (np.abs(base[:len(INERTIAL)] - identified) <= FARTHEST_FROM_IDENTIFIED * np.abs(identified))))
+        as_identified = np.abs(base[:len(INERTIAL)] - identified) <= FARTHEST_FROM_IDENTIFIED * np.abs(identified)
+        return bool(np.all(near | as_identified))
 
     def beside(self, chosen, candidates):
         """Fits of each candidate beside the chosen ones; those out of physical range are left out."""
@@ -115,14 +118,16 @@ class Search:
     def _joined(self, fit):
         """Effects of several orders or modes get a second one, where it closes much of what the first leaves."""
         *others, last = fit.chosen
-        if last.effect not in JOINABLE or fit.excess < self.tolerated:
+        within = fit.excess < self.tolerated
+        if last.effect not in JOINABLE or (within and self.evidence.leg):
             return fit
         shapes = [c for c in self.gram.candidates if c.key == last.key and not set(c.columns) & set(last.columns)]
-        shapes = [c for c in shapes if len(c.columns) == len(last.columns)]
+        shapes = [c for c in shapes if len(c.columns) <= len(last.columns)]
         found = self.beside(others, [joined(last, c) for c in shapes])
         second = min(found, key=lambda f: f.excess, default=fit)
-        enough = fit.excess - second.excess > max(JOINED_MUST_CLOSE * (fit.excess - self.tolerated), LEAST_STEP)
-        return second if enough else fit
+        # a second order that hides within the tolerance must be as plain as an effect that does
+        least = STEPS_WITHIN_TOLERANCE * self.least_step if within else LEAST_STEP
+        return second if fit.excess - second.excess > max(JOINED_MUST_CLOSE * (fit.excess - self.tolerated), least) else fit
 
     def reshaped(self, fit):
         """Each chosen effect's shape looked for anew beside the others."""
@@ -245,9 +250,10 @@ class Search:
     def _worth_more(self, fit):
         """Is there a kind of channel in which enough stands open? A fine encoder's gap can dwarf the others'."""
         plain, now = (self.gram.held_out_blocks(self.columns(x.chosen)) for x in (self.plain, fit))
+        enough = CLOSED_ENOUGH if self.evidence.joints > 1 else SINGLE_JOINT_CLOSED_ENOUGH
         for kind in self.evidence.kinds:
             known = self.evidence.freedom(kind) + self.tolerated_of[kind]
-            if now[kind].sum() - known > max(CLOSED_ENOUGH * (plain[kind].sum() - known), LEAST_STEP):
+            if now[kind].sum() - known > max(enough * (plain[kind].sum() - known), LEAST_STEP):
                 return True
         return False
 
@@ -288,10 +294,11 @@ def search(evidence, base, step=lambda text: None):
     evidence.find_sigma(lambda c: left.of[c.record, c.kind])
     if not np.all(np.isfinite(again)) or not best.chosen:
         again = base
+    excess = drive_excess(best.chosen, best.strengths)
     del first, singles, best
     gc.collect()  # candidates hold their scenes in circles
     step("candidates, once more")
-    second = Search(evidence, again)
+    second = Search(evidence, again, drive_excess=excess)
     step("combinations")
     singles = second.singles()
     if not singles or not second.significant(second.plain, singles[0], 0.0):

@@ -55,8 +55,11 @@ class Track:
         return [(s.before, s.after, s.begin_s) for s in found]
 
     def _stops(self, space, joint, begin):
-        """(last sample before, first sample after, begin [s]) of each short stop of a joint."""
+        """(last sample before, first sample after, begin [s]) of each short stop of a joint. A recorded velocity runs on
+        through stops."""
         out = []
+        if self.regression.struct.layout.position[joint] == lib.TL_CHANNEL_COUNT:
+            return out
         for k in range(space.track.stops[joint]):
             stop = space.track.stop[joint][k]
             if stop.before > 1 << 60 or stop.after > 1 << 60:  # open: at an end of the segment
@@ -69,6 +72,9 @@ class Track:
         def joined(joint, field):
             return np.concatenate([getattr(part["rows"][joint], field) for part in self.parts])
 
+        self.inside = np.zeros(len(self.t_s), bool)
+        for part in self.parts:
+            self.inside[part["begin"]:part["end"]] = True
         self.grid_t_s = joined(0, "t")
         every = range(self.joints)
         self.kind = [joined(j, "kind") for j in every]

@@ -4,16 +4,18 @@ import math
 
 import numpy as np
 
+from .search import STEPS_WITHIN_TOLERANCE
+
 UNKNOWN_SHARE = 0.30  # of the excess: left open, and the cause counts as unknown with probability one half
 UNKNOWN_SHARE_OF_ONE_JOINT = 0.65  # one joint alone is a machine's, and those leave more than twins
 NOTHING_FACTOR = 2.5  # of the tolerated excess: without any effect, none and unknown are equally likely
 LOGIT_WIDTH = 0.35  # of the logarithm
 TEMPER = 50.0  # chi-square by which equally good shapes of different effects differ anyhow
+TEMPER_OF_ONE_JOINT = 15.0  # the best of 1,000 columns gains that in white noise, and there are few instants
 TEMPER_OF_REST = 0.25
 TEMPER_OF_REST_OF_ONE_JOINT = 0.1
 TEMPER_OF_EXCESS = 0.0005
 LEAST_PART_OF_ALL = 0.25  # of the excess, closed at one joint, for a verdict on that joint alone
-STEPS_WITHIN_TOLERANCE = 3.0  # least steps that a gain must be worth where the tolerance alone explains the excess
 STEPS_WIDTH = 0.5
 LEAST_PROBABILITY = 1e-4  # below it an alternative is not worth a line
 CONFUSABLE_ABOVE = 0.05
@@ -75,8 +77,9 @@ def still_open(search, fit):
 
 def temper_of(search, left, before):
     """By how much chi-square differs between forms that are equally good: the more is left, the more."""
-    of_rest = TEMPER_OF_REST if search.evidence.joints > 1 else TEMPER_OF_REST_OF_ONE_JOINT
-    return TEMPER + of_rest * left + TEMPER_OF_EXCESS * before
+    leg = search.evidence.joints > 1
+    least, of_rest = (TEMPER, TEMPER_OF_REST) if leg else (TEMPER_OF_ONE_JOINT, TEMPER_OF_REST_OF_ONE_JOINT)
+    return least + of_rest * left + TEMPER_OF_EXCESS * before
 
 
 def rivals(search, fit):

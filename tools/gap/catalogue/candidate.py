@@ -10,6 +10,10 @@ from talus import ffi, lib, pointer
 
 
 LEAST_HALF_RANGE_RAD = 0.05
+TWIST_BELOW_RAD = math.pi  # half the range: beyond, a joint has turned, whatever its torque
+LEFT_BY_TWIST = 0.2  # of the angle's variance, that a held joint's torque does not explain
+TWIST_POWERS = 3
+LEAST_WAY = 0.05  # of the squared load, that must be driven, and as much that must drive
 COLUMN_PENALTY = 0.35  # of the logarithm, for each further column
 UNUSUAL_WIDTH = 0.5  # of the logarithm of a size beyond what is usual
 
@@ -112,6 +116,11 @@ def joined(first, second):
     return whole
 
 
+def drive_excess(chosen, every):
+    """What the drive gives beyond current times constant, by the strengths of the chosen effects."""
+    return sum(float(own[0]) for c, own in zip(chosen, every) if c.effect == "torque_constant")
+
+
 @dataclass(frozen=True)
 class Place:
     """A joint that effects are tried at."""
@@ -145,13 +154,41 @@ class Place:
     @property
     def motor_range(self):
         """Range of the motor's angle over all recordings but for its extremes [rad]."""
-        ends = [np.quantile(scene.motor_rad[self.number], (0.02, 0.98)) for scene in self.scenes]
+        ends = [np.quantile(scene.motor_rad[self.number][scene.track.inside], (0.02, 0.98)) for scene in self.scenes]
         return abs(self.gear) * (max(high for _, high in ends) - min(low for low, _ in ends))
 
     @property
     def travels(self):
         """Does the joint turn far enough for position to be told from load?"""
-        return self.evidence.model.plant == "slider" or self.extent.half_range[self.number] > LEAST_HALF_RANGE_RAD
+        if self.evidence.model.plant == "slider":
+            return True
+        return self.extent.half_range[self.number] > LEAST_HALF_RANGE_RAD and not self.is_held
+
+    @property
+    def carries_both_ways(self):
+        """Does the drive both drive its load and hold it back? Where it only drives, friction that grows with the load is
+        a share of the drive's torque, that a constant or a droop beside a sensor could be as well."""
+        if not self.evidence.load_sensor:
+            return True
+        j, shares = self.number, np.zeros(2)
+        for scene in self.scenes:
+            power = (scene.drive_Nm[j] * scene.slip[j])[scene.track.inside]
+            shares += [np.sum(power[power > 0] ** 2), np.sum(power[power < 0] ** 2)]
+        return bool(shares.min() >= LEAST_WAY * shares.sum())
+
+    @property
+    def is_held(self):
+        """Is the output held, beside its torque sensor, so that its angle is the twist under the torque?"""
+        j = self.number
+        if not self.evidence.load_sensor or self.extent.half_range[j] > TWIST_BELOW_RAD:
+            return False
+        left = whole = 0.0
+        for scene in self.scenes:
+            q, drive = scene.q[j][scene.track.inside], scene.drive_Nm[j][scene.track.inside]
+            powers = (drive / (np.abs(drive).max() + 1e-12))[:, None] ** np.arange(TWIST_POWERS + 1)
+            twist = powers @ np.linalg.lstsq(powers, q, rcond=None)[0]
+            left, whole = left + np.sum((q - twist) ** 2), whole + np.sum((q - q.mean()) ** 2)
+        return left < LEFT_BY_TWIST * whole
 
     def joint_column(self, function):
         """A column from a torque at the joint."""

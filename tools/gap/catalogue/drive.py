@@ -10,7 +10,7 @@ LARGEST_DROOP = 0.8  # of the torque at the largest current
 LARGEST_DROOP_SEEN = 0.35  # where a sensor shows the torque itself, and a wrong constant could pass for droop
 SATURATION_KNEES = (0.3, 0.5, 0.7)  # of the largest torque
 # the delay itself is a strength: these are where it is linear
-DELAYS_S = (-0.010, -0.006, -0.003, -0.001, 0.001, 0.003, 0.006, 0.010)
+DELAYS_S = (-0.020, -0.015, -0.010, -0.006, -0.003, -0.001, 0.001, 0.003, 0.006, 0.010, 0.015, 0.020)
 COGGING_ORDERS = (*range(5, 25), 28, 30, 32, 36, 40, 42, 48, 54, 60, 72, 84)
 LAST_WITH_OVERTONE = 42
 USUAL_OFFSET_A = (0.02, 0.2)
@@ -62,7 +62,7 @@ def sensor_effects(at):
     if not at.evidence.load_sensor:
         return
     j = at.number
-    gain = at.reading_column(lambda s: s.drive_Nm[j])
+    gain = at.reading_column(lambda s: s.given_drive_Nm[j])
     # the reading is the load: the drive gives (1 + excess) of what its constant says
     yield Candidate("torque_constant", at.name, "scale", (gain,), named("excess"), (-0.6,), (1.5,))
     yield Candidate("sensor_offset", at.name, "constant", (at.reading_column(lambda s: np.ones(len(s.t_s))),),
@@ -70,18 +70,29 @@ def sensor_effects(at):
 
 
 def delay(at):
+    """A current that is later than the angles; beside a sensor at the output, where the current is known and a late one tells
+    of an earlier instant, also both later than the sensor."""
     j = at.number
+
+    def column(shift_s, of):
+        def later(piece, step_s):
+            t = np.arange(len(piece)) * step_s
+            return (np.interp(t - at.sign * shift_s, t, piece) - piece) / shift_s
+
+        return lambda s: {f"T{j}": s.track.lowpass(s.track.by_part(of(s), lambda piece: later(piece, s.step_s)))}
+
+    def current(scene):
+        return scene.grid("motor_Nm", j)
+
+    def reading(scene):
+        return scene.once("load", lambda: scene.track.resample(scene.drive_Nm[j] + scene.track.raw[j] @ scene.base))
+
     for shift_s in DELAYS_S:
-
-        def column(scene, shift_s=shift_s):
-            def later(piece):
-                t = np.arange(len(piece)) * scene.step_s
-                # beside a sensor at the output the current is known: late, it tells of an earlier instant
-                return (np.interp(t - at.sign * shift_s, t, piece) - piece) / shift_s
-
-            return {f"T{j}": scene.track.lowpass(scene.track.by_part(scene.grid("motor_Nm", j), later))}
-
-        yield Candidate("delay", at.name, f"near {1e3 * shift_s:g} ms", (column,), named("delay_s"))
+        near = f"near {1e3 * shift_s:g} ms"
+        yield Candidate("delay", at.name, near, (column(shift_s, current),), named("delay_s"))
+        if at.evidence.load_sensor:
+            yield Candidate("delay", at.name, f"{near}, angles too", (column(shift_s, reading),),
+                            named("delay_s", angles_too=1.0))  # fmt: skip
 
 
 def ripple_shown(scene, at, order, fades_Hz):
@@ -101,9 +112,9 @@ def fades(at):
 
 
 def cogging(at):
-    if at.evidence.velocity_only:
+    if at.evidence.velocity_only or at.is_held:
         return
-    j, made = at.number, {}
+    j, made, most = at.number, {}, at.extent.motor_Nm[at.number]
 
     def wave(order, function, fades_Hz):
         if (order, function, fades_Hz) not in made:
@@ -119,10 +130,12 @@ def cogging(at):
     for order, fades_Hz in ((k, f) for k in COGGING_ORDERS for f in fades(at) if k * at.motor_range > FEWEST_WAVES_RAD):
         name = f", fading at {fades_Hz:g} Hz" if fades_Hz else ""
         one = tuple(wave(order, f, fades_Hz) for f in WAVES)
-        yield Candidate("cogging", at.name, f"{order} per turn{name}", one, figures(order, fades_Hz))
+        limits = lambda waves: ((-most,) * len(waves), (most,) * len(waves))
+        yield Candidate("cogging", at.name, f"{order} per turn{name}", one, figures(order, fades_Hz), *limits(one))
         if order <= LAST_WITH_OVERTONE:
             two = one + tuple(wave(2 * order, f, fades_Hz) for f in WAVES)
-            yield Candidate("cogging", at.name, f"{order} and {2 * order} per turn{name}", two, figures(order, fades_Hz))
+            yield Candidate("cogging", at.name, f"{order} and {2 * order} per turn{name}", two, figures(order, fades_Hz),
+                            *limits(two))  # fmt: skip
 
 
 def kinematic_error(at):

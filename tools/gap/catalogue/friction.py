@@ -52,6 +52,8 @@ def _loads(at):
 
 def load_friction(at):
     j = at.number
+    if not at.carries_both_ways:
+        return
     for name, load, shares in _loads(at):
         column = at.joint_column(lambda s, f=load: s.slip[j] * np.abs(f(s)))
         yield Candidate("load_friction", at.name, name, (column,), named("coefficient", **shares), (0.0,), (LARGEST_SHARE,))
@@ -64,6 +66,8 @@ def load_friction(at):
 
 def directional_efficiency(at):
     j = at.number
+    if not at.carries_both_ways:
+        return
     for name, load, shares in _loads(at):
         driving = at.joint_column(lambda s, f=load: s.slip[j] * np.abs(f(s)) * (f(s) * s.slip[j] > 0))
         driven = at.joint_column(lambda s, f=load: s.slip[j] * np.abs(f(s)) * ~(f(s) * s.slip[j] > 0))
