@@ -296,13 +296,29 @@ def test_a_rough_model_file_does_not_hide_an_effect(tmp_path):
     assert (report["verdict"]["effect"], report["verdict"]["joint"]) == ("nonlinear_viscous", "knee")
 
 
-def test_a_rest_needs_no_trajectory_and_a_known_mass_does(tmp_path):
-    for effect, word in (
-        (("current_offset", "knee", {"torque_Nm": 0.012}), "unpowered"),
-        (("load_friction", "knee", {"coefficient": 0.25, "rotor_share": 1.0, "friction_share": 0.0}), "mass"),
+def test_what_no_trajectory_parts_comes_without_one(tmp_path):
+    for effect, needs, word in (
+        (("current_offset", "knee", {"torque_Nm": 0.012}), "rest", "unpowered"),
+        (("load_friction", "knee", {"coefficient": 0.25, "rotor_share": 1.0, "friction_share": 0.0}), "known mass", "mass"),
     ):
         name, joint, parameters = effect
         report = diagnose(tmp_path, simulate(tmp_path, {(name, joint): parameters}))
         assert name in [e["effect"] for e in (report["verdict"], *report["alternatives"])] and report["confusable"]
-        assert word in report["next_experiment"]["why"]
-        assert report["next_experiment"]["trajectory"] == (None if word == "unpowered" else "gap.next.csv")
+        proposed = report["next_experiment"]
+        assert word in proposed["why"] and proposed["needs"] == needs
+        assert proposed["trajectory"] is None and proposed["parts"] == []
+
+
+def test_a_camera_parts_the_linkage_from_its_encoder(tmp_path):
+    """The proposal is followed: the twin runs the trajectory before a camera, and the verdict stands alone."""
+    hidden = {("linkage_error", "ankle"): {"AB_m": 0.0, "BO_m": 0.0, "AC_m": -0.0008, "BOF_rad": 0.0}}
+    old = simulate(tmp_path, hidden)
+    report = diagnose(tmp_path, old)
+    assert report["verdict"]["effect"] == "linkage_error" and report["confusable"]
+    proposed = report["next_experiment"]
+    assert proposed["needs"] == "camera" and "camera" in proposed["why"]
+    assert proposed["parts"] == [{"effect": "encoder_eccentricity", "joint": "ankle"}]
+    run("talus-sim", "--model", tmp_path / "truth.yaml", "--out", tmp_path / "new.csv", "--seed", 5, "--camera",
+        "--reference", tmp_path / proposed["trajectory"])  # fmt: skip
+    report = diagnose(tmp_path, old, tmp_path / "new.csv")
+    assert report["verdict"]["effect"] == "linkage_error" and not report["confusable"]

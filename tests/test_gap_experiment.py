@@ -151,11 +151,12 @@ def test_the_experiment_brings_what_was_predicted(twin, contest):
     """Run on the twin: the rival's excess over the named one grows as predicted, and they are told apart."""
     folder, found, verdict = twin
     assert RIVAL in [(effect, joint) for _, effect, joint in verdict.confusable()]
-    why, text = choice.propose(found, verdict)
-    (folder / "next.csv").write_text(text)
+    proposal = choice.propose(found, verdict)
+    (folder / "next.csv").write_text(proposal.text)
+    assert proposal.parts == [{"effect": RIVAL[0], "joint": RIVAL[1]}] and proposal.needs is None
     option = min(choice.options(found, contest, Limits(found.scenes)), key=choice.Option.rank)
     predicted = option.repeats() * option.gains[0][0]
-    assert f"{option.repeats() * option.length_s:.0f} s" in why and "predicted gain" in why
+    assert f"{option.repeats() * option.length_s:.0f} s" in proposal.why and "predicted gain" in proposal.why
     new = simulate(folder, "new.csv", "--reference", folder / "next.csv", "--seed", 5)
     again, told = searched(folder, folder / "old.csv", new)
 
@@ -196,10 +197,10 @@ def test_payload_is_the_models_foot_with_a_mass_more(twin):
 
 
 def test_what_needs_more_than_a_trajectory_is_said():
-    assert "unpowered" in beyond(["asymmetric_friction", "current_offset"])
-    assert "mass" in beyond(["directional_efficiency"])
-    assert "camera" in beyond(["linkage_error"])
-    assert beyond(["stribeck"]) is None
+    assert beyond(["asymmetric_friction", "current_offset"])[0] == "rest"
+    assert beyond(["directional_efficiency"])[0] == "known mass"
+    assert beyond(["linkage_error"])[0] == "camera"
+    assert beyond(["stribeck"]) == (None, None)
 
 
 def test_the_command_writes_a_file_that_the_twin_runs(twin, tmp_path):

@@ -55,9 +55,15 @@ def find_case(folder, name):
 
 
 def open_groups(report):
-    """Pairs of effects that the verdict leaves open: the verdict's, and each other of its groups."""
+    """Effects that the verdict leaves open beside its own."""
     effect = report["verdict"]["effect"]
     return {other for g in report["confusable"] if effect in g["effects"] for other in g["effects"]} - {effect}
+
+
+def proposed_for(report):
+    """Of these, those that the report says its trajectory parts; all, where it says nothing of the kind."""
+    parts, left = report["next_experiment"].get("parts"), open_groups(report)
+    return left if parts is None else left & {part["effect"] for part in parts}
 
 
 def again(folder, name, trajectory, gap):
@@ -66,13 +72,14 @@ def again(folder, name, trajectory, gap):
     case, label = find_case(folder, name)
     with tempfile.TemporaryDirectory(prefix="blind-") as temporary:
         place, report = Path(temporary), Path(temporary) / "gap.json"
-        shown = follow(case, read_trajectory(trajectory), camera="camera" in before["next_experiment"]["why"])
+        needs = before["next_experiment"].get("needs")
+        shown = follow(case, read_trajectory(trajectory), camera=needs == "camera")
         sensors.write(place / "next.csv.gz", shown)
         source = folder / name
         recordings = [source / f"{training}.csv.gz" for training in TRAINING] + [place / "next.csv.gz"]
         done = measured([gap, "--quiet", "--model", source / "model.yaml", "--report", report, *recordings])
         after = json.loads(report.read_text()) if done["status"] == 0 else None
-    open_before = sorted(open_groups(before))
+    open_before = sorted(proposed_for(before))
     right = {tuple(cause.values()) for cause in ({"e": e["effect"], "j": e["joint"]} for e in label["effects"])}
     out = {"case": name, "open": [before["verdict"]["effect"], *open_before], "status": done["status"]}
     if after:
@@ -84,14 +91,14 @@ def again(folder, name, trajectory, gap):
 
 
 def proposals(folder):
-    """Cases whose verdict leaves something open, the truth among it, and that came with a trajectory."""
+    """Cases whose verdict leaves something open, the truth among it, and that came with a trajectory for it."""
     labels = {label["case"]: label for label in json.loads((folder / "sealed" / "labels.json").read_text())["cases"]}
     for result in sorted((folder / "results").glob("case_???.json")):
         path = result.with_name(f"{result.stem}.trajectory.csv")
         report = json.loads(result.read_text())["report"]
         if report is None or not path.exists():
             continue
-        left = {report["verdict"]["effect"], *open_groups(report)}
+        left = {report["verdict"]["effect"], *proposed_for(report)}
         if len(left) > 1 and left & {effect["effect"] for effect in labels[result.stem]["effects"]}:
             yield result.stem, path
 

@@ -26,7 +26,7 @@ def diagnosis(search, verdict, seed):
     entries, maps = where(search, before, fit.chosen[0].key if fit.chosen else None)
     maps_after = where(search, after)[1] if fit.chosen else maps
     named = verdict.probabilities[0]
-    why, trajectory = experiment.propose(search, verdict)
+    proposal = experiment.propose(search, verdict)
     report = {
         "schema": SCHEMA,
         "verdict": entry(*named),
@@ -39,7 +39,7 @@ def diagnosis(search, verdict, seed):
             {"effects": [named[1], effect], "joint": joint, "separation": math.log(named[0] / p)}
             for p, effect, joint in verdict.confusable()
         ],
-        "next_experiment": {"why": why, "trajectory": None},
+        "next_experiment": {"why": proposal.why, "trajectory": None, "needs": proposal.needs, "parts": proposal.parts},
     }
     listed = figures.effects(search, fit, before)
     keys = [c.key for c in fit.chosen]
@@ -51,7 +51,7 @@ def diagnosis(search, verdict, seed):
     order = ("effect", "joint", "probability", "parameters", "gap_before", "gap_after")
     report["effects"] = [{name: item[name] for name in order} for item in listed]
     found = Diagnosis(report, search, fit, before, after, maps, maps_after)
-    found.trajectory = trajectory
+    found.trajectory = proposal.text
     return found
 
 
@@ -70,7 +70,8 @@ def poor(identification, reason):
                       "noise_floor_rms": 0.0, "closed_fraction": 0.0, "reversal_rms": 0.0}  # fmt: skip
     return Diagnosis({"schema": SCHEMA, "verdict": entry(1.0, "unknown", "none"), "alternatives": [], "effects": [],
                       "gap": gap, "motion": {}, "where": [], "confusable": [],
-                      "next_experiment": {"why": reason[0].upper() + reason[1:], "trajectory": None}})  # fmt: skip
+                      "next_experiment": {"why": reason[0].upper() + reason[1:], "trajectory": None, "needs": None,
+                                          "parts": []}})  # fmt: skip
 
 
 def entry(probability, effect, joint):

@@ -1,10 +1,11 @@
 """Which effects: greedy over all candidates with a beam, every step judged on held-out blocks."""
 
+import functools
 import gc
 
 import numpy as np
 
-from .catalogue import candidates, sparse
+from .catalogue import STEPPED, candidates, sparse
 from .catalogue.candidate import drive_excess, joined
 from .figures import Residuals
 from .gram import Gram
@@ -32,6 +33,7 @@ JOINABLE = ("cogging", "kinematic_error", "base_compliance")
 JOINED_MUST_CLOSE = 0.2
 STEPS_WITHIN_TOLERANCE = 3.0  # least steps that a gain must be worth where the tolerance alone explains the excess
 MOST_JOINED = 4
+PROMISING = 0.2  # of the best gain in a first look: less, and the shapes of a body to be stepped stay few
 REFINED = 3  # of the best effects, between the grid's shapes
 REFINED_WITHIN = 2.5  # times the best excess on the grid
 STEP_SHARES = (0.5, 0.25, 0.12)  # of a shape's first step
@@ -294,11 +296,16 @@ def search(evidence, base, step=lambda text: None):
     evidence.find_sigma(lambda c: left.of[c.record, c.kind])
     if not np.all(np.isfinite(again)) or not best.chosen:
         again = base
-    excess = drive_excess(best.chosen, best.strengths)
+    excess, wanted = drive_excess(best.chosen, best.strengths), list
+    if evidence.leg:  # a body that closes little in a first look can be no more than a second effect, whose shape is refined
+        gained = {fit.chosen[-1].key: first.plain.excess - fit.excess for fit in singles}
+        much = {key for key in gained if gained[key] > PROMISING * max(gained.values())}
+        whole = {c.key for c in first.gram.candidates if c.effect not in STEPPED} | much
+        wanted = functools.partial(sparse, whole=whole)
     del first, singles, best
     gc.collect()  # candidates hold their scenes in circles
     step("candidates, once more")
-    second = Search(evidence, again, drive_excess=excess)
+    second = Search(evidence, again, wanted, excess)
     step("combinations")
     singles = second.singles()
     if not singles or not second.significant(second.plain, singles[0], 0.0):

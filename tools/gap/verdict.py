@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from .search import STEPS_WITHIN_TOLERANCE
+from .search import COLUMN_PRICE, STEPS_WITHIN_TOLERANCE
 
 UNKNOWN_SHARE = 0.30  # of the excess: left open, and the cause counts as unknown with probability one half
 UNKNOWN_SHARE_OF_ONE_JOINT = 0.65  # one joint alone is a machine's, and those leave more than twins
@@ -58,7 +58,7 @@ def too_little(search, fit):
 
 
 def still_open(search, fit):
-    """Share of the systematic excess that is left, and its size: of all channels, or of those at the joint of the first
+    """Share of the systematic excess that is left: of all channels, or of those at the joint of the first
     effect, where it closes much of the whole. What nothing explains at another joint does not make it less sure."""
     evidence = search.evidence
     left = max(fit.excess + evidence.irregular_excess() - search.tolerated, 0)
@@ -66,13 +66,13 @@ def still_open(search, fit):
     share = left / max(whole, 1.0) if whole > 0 else 0.0
     own = evidence.kinds_at(fit.chosen[0].joint)
     if own == evidence.kinds or share < UNKNOWN_SHARE:
-        return share, left
+        return share
     old, new = (search.gram.held_out_blocks(search.columns(chosen)) for chosen in ([], fit.chosen))
     known = sum(evidence.freedom(k) + search.tolerated_of[k] - evidence.irregular_excess(k) for k in own)
     before, after = (max(sum(x[k].sum() for k in own) - known, 0.0) for x in (old, new))
     if before - after < LEAST_PART_OF_ALL * whole or after / before > share:
-        return share, left
-    return after / before, after
+        return share
+    return after / before
 
 
 def temper_of(search, left, before):
@@ -80,6 +80,36 @@ def temper_of(search, left, before):
     leg = search.evidence.joints > 1
     least, of_rest = (TEMPER, TEMPER_OF_REST) if leg else (TEMPER_OF_ONE_JOINT, TEMPER_OF_REST_OF_ONE_JOINT)
     return least + of_rest * left + TEMPER_OF_EXCESS * before
+
+
+class Odds:
+    """What could stand in the first effect's place beside it. Every kind of channel has a temper of its own: what a fine
+    encoder shows of an approximate form says nothing about what a camera, or the torque, can tell apart."""
+
+    def __init__(self, search, fit):
+        self.search, self.fit = search, fit
+        plain, self.mine = self._by_kind([]), self._by_kind(fit.chosen)
+        self.temper = {kind: self._temper(kind, plain[kind]) for kind in plain}
+
+    def _by_kind(self, chosen):
+        """Excess that a fit leaves of each kind."""
+        blocks = self.search.gram.held_out_blocks(self.search.columns(chosen))
+        return {kind: values.sum() - self.search.evidence.freedom(kind) for kind, values in blocks.items()}
+
+    def _temper(self, kind, before):
+        left = max(self.mine[kind] - self.search.tolerated_of[kind], 0.0)
+        return temper_of(self.search, left, max(before, 0.0))
+
+    def of(self, other):
+        """Likelihood of another fit beside that of the first."""
+        theirs = self._by_kind(other.chosen)
+        worse = sum((theirs[kind] - self.mine[kind]) / self.temper[kind] for kind in theirs)
+        price = COLUMN_PRICE * (columns(other) - columns(self.fit)) / TEMPER
+        return math.exp(-0.5 * max(worse + price, 0.0))
+
+
+def columns(fit):
+    return sum(len(candidate.columns) - 1 for candidate in fit.chosen)
 
 
 def rivals(search, fit):
@@ -96,15 +126,11 @@ def judge(search, fit):
     if not fit.chosen:
         unknown = logistic((math.log(max(before, 1.0) / tolerated) - math.log(NOTHING_FACTOR)) / LOGIT_WIDTH)
         return Verdict([(unknown, "unknown", "none"), (1 - unknown, "none", "none")], fit, 1.0 if unknown > 0.5 else 0.0)
-    open_share, left = still_open(search, fit)
+    open_share = still_open(search, fit)
     most_open = UNKNOWN_SHARE if search.evidence.joints > 1 else UNKNOWN_SHARE_OF_ONE_JOINT
     unknown = logistic((math.log(max(open_share, 1e-4)) - math.log(most_open)) / LOGIT_WIDTH)
-    temper = temper_of(search, left, before)
-    others = rivals(search, fit)
-    weight = []
-    for other in others:
-        added = other.chosen[-1]
-        weight.append(added.weight(other.strengths[-1]) * math.exp(-0.5 * max(other.excess - fit.excess, 0) / temper))
+    odds, others = Odds(search, fit), rivals(search, fit)
+    weight = [other.chosen[-1].weight(other.strengths[-1]) * odds.of(other) for other in others]
     total = float(np.sum(weight))
     nothing = too_little(search, fit) if before < tolerated else 0.0
     probabilities = [(w / total * (1 - unknown) * (1 - nothing), *o.chosen[-1].key) for w, o in zip(weight, others)]

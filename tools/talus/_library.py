@@ -1,7 +1,12 @@
 """Loads libtalus.so and declares what the public headers declare."""
 
+import contextlib
+import hashlib
+import importlib.util
+import io
 import os
 import re
+import tempfile
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -17,10 +22,33 @@ def _load():
     for path in (header, _LIBRARY):
         if not path.exists():
             raise ImportError(f"{path} is not there; run `make` in {_REPOSITORY}")
-    ffi = cffi.FFI()
-    ffi.cdef(header.read_text())
+    ffi = _declarations(header)
     # an absolute path: a name without a slash would be looked for among the system's libraries
     return ffi, ffi.dlopen(str(_LIBRARY.resolve()), ffi.RTLD_LAZY)
+
+
+def _declarations(header):
+    """What the headers declare. Reading C takes a third of a second: what was read is kept beside the header, where that
+    can be written."""
+    text = header.read_text()
+    name = "talus_cffi_" + hashlib.sha256((cffi.__version__ + text).encode()).hexdigest()[:16]
+    kept = header.with_name(f"{name}.py")
+    if not kept.exists():
+        builder = cffi.FFI()
+        builder.set_source(name, None)
+        builder.cdef(text)
+        try:
+            with tempfile.TemporaryDirectory(dir=header.parent, prefix=".cffi-") as folder:
+                fresh = Path(folder) / kept.name
+                with contextlib.redirect_stdout(io.StringIO()):  # it says what it does
+                    builder.emit_python_code(str(fresh))
+                fresh.replace(kept)
+        except OSError:
+            return builder
+    spec = importlib.util.spec_from_file_location(name, kept)
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module.ffi
 
 
 def _read_constants(text):

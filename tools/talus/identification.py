@@ -6,6 +6,7 @@
     torque = talus.predict(fit.model, recording)         # (joints, n)
 """
 
+import gzip
 from dataclasses import dataclass, field
 
 import numpy
@@ -37,8 +38,11 @@ class Recording:
     @classmethod
     def read(cls, path, score=None):
         """From a CSV file (also .gz), by NumPy; the commands read the same format strictly."""
-        table = numpy.genfromtxt(path, delimiter=",", names=True, comments="#", encoding="utf-8")
-        return cls({name: table[name] for name in table.dtype.names}, score)
+        opener = gzip.open if str(path).endswith(".gz") else open
+        with opener(path, "rt", encoding="utf-8") as file:
+            header, *rows = (line for line in file if not line.startswith("#"))
+        names = [name.strip() for name in header.split(",")]
+        return cls(dict(zip(names, numpy.loadtxt(rows, delimiter=",", ndmin=2).T)), score)
 
     def segments(self):
         """Row ranges [begin, end) without gap or change of `valid`."""

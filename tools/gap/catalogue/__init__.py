@@ -7,6 +7,7 @@ from .candidate import Candidate, Place
 
 
 FEWEST_SHAPES = 4  # of an effect at a joint, that are all tried in a first look
+STEPPED = ("elasticity", "backlash")  # many shapes, each a body to be stepped
 SPARSE, SPARSE_FAMILY = 2, 3  # of more shapes every second; of those that are refined afterwards every third
 
 
@@ -22,15 +23,16 @@ def candidates(evidence, scenes, extent):
     return out
 
 
-def sparse(every):
-    """Every second or third shape of each effect at each joint, for a first look."""
+def sparse(every, whole=()):
+    """Every second or third shape of each effect at each joint, for a first look; all of the (effect, joint) in `whole`."""
     count, seen, out = Counter(c.key for c in every), Counter(), []
     for candidate in every:
         step = SPARSE_FAMILY if candidate.family else SPARSE
-        if count[candidate.key] <= FEWEST_SHAPES or seen[candidate.key] % step == 0:
+        few = count[candidate.key] <= FEWEST_SHAPES or candidate.key in whole
+        if few or seen[candidate.key] % step == 0:
             out.append(candidate)
         seen[candidate.key] += 1
     return out
 
 
-__all__ = ["Candidate", "Place", "candidates", "sparse"]
+__all__ = ["STEPPED", "Candidate", "Place", "candidates", "sparse"]

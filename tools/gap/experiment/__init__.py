@@ -4,6 +4,7 @@
     menu.py     the menu: trajectories, and what needs more than one
     planned.py  a trajectory as a recording without readings
     gain.py     the evidence that it would bring between two explanations
+    camera.py   what a camera that sees the links would add
     choice.py   the choice
     words.py    the report's words and the trajectory's file
     poor.py     recordings that cannot carry a diagnosis

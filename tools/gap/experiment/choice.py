@@ -1,12 +1,14 @@
 """Which experiment next: from the menu the one that tells apart what is still confusable, soonest."""
 
 import math
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from .. import verdict as judging
+from . import camera
 from .gain import Contest, Explanation
-from .menu import PAYLOAD, TRAJECTORIES, beyond, by_effect
+from .menu import ANY_MOTION, PAYLOAD, TRAJECTORIES, beyond, by_effect
 from .path import Limits, after, held
 from .planned import PAYLOAD_KG, Planned
 from .words import figure, listed, margins, to_text, told
@@ -18,6 +20,17 @@ SLOWER = 0.8  # factor on speed where a trajectory would need more torque than w
 REST_S = 10.0
 MARGIN = 1.5  # factor on the chi-square that is needed: a prediction that is just met may miss
 UNKNOWN = ("slow_ramps", "fast_multisine")  # where no cause is known
+
+
+@dataclass
+class Proposal:
+    """`why` in words; the trajectory's file or None; what it needs beside the trajectory, if anything; and the rivals of the
+    named effect that it is predicted to part."""
+
+    why: str
+    text: str | None = None
+    needs: str | None = None
+    parts: list = field(default_factory=list)
 
 
 class Option:
@@ -123,25 +136,21 @@ def head_of(verdict, contest):
 
 
 def why(search, verdict, contest, option, limits):
-    """Words on the chosen option."""
+    """(words on the chosen option, what else it needs)."""
     repeats, trajectory = option.repeats(), TRAJECTORIES[option.name][1]
     short = [k for k in range(len(contest.others)) if k not in option.reached(repeats)]
     effects = [verdict.effect, *(contest.others[k].sets[0][0].effect for k in short if contest.others[k].sets[0])]
-    more = beyond(effects) if short else None
-    run = f"{trajectory}; {repeats * option.length_s:.0f} s; {told(option, contest, repeats)}"
-    if more and len(short) == len(contest.others):
-        words = [f"{head_of(verdict, contest)}, nor by any trajectory within them. Next: {more}."]
+    needs, more = beyond(effects) if short else (None, None)
+    head = head_of(verdict, contest)
+    if needs in ANY_MOTION and len(short) == len(contest.others):
+        words = [f"{head}, nor by any trajectory within them. Next: {more}."]
+        return " ".join([*words, *beside_trajectory(search, contest, option, short, limits)]), needs
+    words = [f"{head}. Next: {trajectory}; {repeats * option.length_s:.0f} s; {told(option, contest, repeats)}."]
+    if more:
+        words.append(f"It does not part all of them; then {more}.")
         words += beside_trajectory(search, contest, option, short, limits)
-        if at_rest(contest):
-            return " ".join(words)
-        words.append(f"The motion for it: {trajectory}; {option.length_s:.0f} s.")
-    else:
-        words = [f"{head_of(verdict, contest)}. Next: {run}."]
-        if more:
-            words.append(f"It does not part all of them; then {more}.")
-            words += beside_trajectory(search, contest, option, short, limits)
     words.append(margins(option.q, option.torque, limits, search.evidence.model.joints))
-    return " ".join(words)
+    return " ".join(words), None
 
 
 def beside_trajectory(search, contest, option, short, limits):
@@ -175,35 +184,50 @@ def rest_gain(search, contest):
 
 
 def named_effect(search, verdict):
-    """(why, the trajectory's file) where there is a cause, or a part of one."""
+    """The proposal where there is a cause, or a part of one."""
     chosen, limits = verdict.fit.chosen, Limits(search.scenes)
     named = explanation(search, chosen, chosen[0].key)
     if not named:
-        return in_words(verdict), None
+        return Proposal(in_words(verdict))
     contest = Contest(search, named, rivals(search, verdict), temper_of(search, verdict.fit))
     found = options(search, contest, limits)
     if not found:
-        return in_words(verdict), None
+        return Proposal(in_words(verdict))
     option = min(found, key=Option.rank)
-    by_itself = bool(option.reached(option.repeats()))
-    if verdict.confusable() and not by_itself and at_rest(contest):  # no motion takes part in a rest
-        return why(search, verdict, contest, option, limits), None
-    q = np.concatenate([option.q] * (option.repeats() if by_itself else 1), axis=1)
-    return (why(search, verdict, contest, option, limits),
-            to_text(q, search.evidence.model, TRAJECTORIES[option.name][1]))  # fmt: skip
+    parted = option.reached(option.repeats()) if verdict.confusable() else []
+    if verdict.confusable() and not parted and camera.helps(search, {verdict.effect, *(e for _, e, _ in verdict.confusable())}):
+        return filmed(search, verdict, contest, camera.best(search, verdict, contest, found), limits)
+    words, needs = why(search, verdict, contest, option, limits)
+    if needs:
+        return Proposal(words, needs=needs)
+    q = np.concatenate([option.q] * option.repeats(), axis=1)
+    text = to_text(q, search.evidence.model, TRAJECTORIES[option.name][1])
+    return Proposal(words, text, None, contest.keys(parted))
+
+
+def filmed(search, verdict, contest, found, limits):
+    """The proposal of a motion before a camera."""
+    option, trajectory = found.option, TRAJECTORIES[found.option.name][1]
+    gains = "; ".join(f"predicted gain in evidence over {other.name} (chi-square) {figure(found.repeats * gain)}, where "
+                      f"{figure(least)} are needed" for other, gain, least in zip(contest.others, found.each, found.needed))
+    words = (f"{head_of(verdict, contest)}, nor by any trajectory within them. Next: {beyond([verdict.effect])[1]}. The motion for "
+             f"it: {trajectory}; {found.length_s:.0f} s; with {1e3 * camera.CAMERA_RAD:g} mrad of noise {gains}. "
+             f"{margins(option.q, option.torque, limits, search.evidence.model.joints)}")  # fmt: skip
+    text = to_text(np.concatenate([option.q] * found.repeats, axis=1), search.evidence.model, trajectory)
+    return Proposal(words, text, "camera", contest.keys(found.parts))
 
 
 def unknown_effect(search):
-    """(why, the trajectory's file) where nothing explains the gap."""
+    """The proposal where nothing explains the gap."""
     limits = Limits(search.scenes)
     plans = [(name, plan(search, TRAJECTORIES[name][0], limits)) for name in UNKNOWN]
     words = "; then ".join(TRAJECTORIES[name][1] for name, found in plans if found) or TRAJECTORIES[UNKNOWN[0]][1]
     head = f"A systematic gap remains that no known effect explains. Next: {words}."
     plans = [found for _, found in plans if found]
     if not plans:
-        return head, None
+        return Proposal(head)
     q, torque = after(*(q for q, _ in plans)), np.max([planned.torque() / limits.torque for _, planned in plans], axis=0)
-    return f"{head} {margins(q, torque, limits, search.evidence.model.joints)}", to_text(q, search.evidence.model, words)
+    return Proposal(f"{head} {margins(q, torque, limits, search.evidence.model.joints)}", to_text(q, search.evidence.model, words))
 
 
 def in_words(verdict):
@@ -212,13 +236,13 @@ def in_words(verdict):
     head = f"{listed(names)} are not told apart" if len(names) > 1 else f"Nothing rivals {verdict.effect}; what follows would confirm it"
     if verdict.effect == "unknown":
         head = "A systematic gap remains that no known effect explains"
-    return f"{head}. Next: {beyond(names) or TRAJECTORIES[by_effect(names)][1]}."
+    return f"{head}. Next: {beyond(names)[1] or TRAJECTORIES[by_effect(names)][1]}."
 
 
 def propose(search, verdict):
-    """(`next_experiment` of the report but for the file's name, text of the trajectory's file or None)."""
+    """What to record next."""
     if verdict.effect == "none":
-        return "The model explains the recordings down to their noise; nothing needs to be told apart.", None
+        return Proposal("The model explains the recordings down to their noise; nothing needs to be told apart.")
     if search.evidence.load_sensor or search.evidence.velocity_only:
-        return in_words(verdict), None
+        return Proposal(in_words(verdict))
     return named_effect(search, verdict) if verdict.fit.chosen else unknown_effect(search)

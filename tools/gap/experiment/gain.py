@@ -77,6 +77,11 @@ class Contest:
         self.plain = [Pair(search, one.sets[0], nothing) for one in (named, *others)]
         self.candidates = list(dict.fromkeys(c for one in (named, *others) for chosen in one.sets for c in chosen))
 
+    def keys(self, numbers):
+        """Effect and joint of some of the others."""
+        first = [self.others[k].sets[0][0] for k in numbers]
+        return [{"effect": candidate.effect, "joint": candidate.joint} for candidate in first]
+
     def gains(self, planned):
         """For each other explanation the chi-square that the experiment adds were the named one true, and were the other
         true, (others, 2); and what it adds to the plain model's at the most."""

@@ -50,19 +50,20 @@ TRAJECTORIES = {
     "one_by_one": (one_by_one, "a multisine of one joint after the other, where what one does to the other shows"),
 }  # fmt: skip
 
-# what a trajectory alone may not settle: words for the bench
+# what a trajectory alone may not settle: what it needs, for which effects, and words for the bench
 BEYOND = (
-    ({"linkage_error", "encoder_eccentricity"},
+    ("camera", {"linkage_error", "encoder_eccentricity"},
      "record the camera's angles too: the link's own angle parts encoder from linkage"),
-    ({"friction_drift"}, "repeat it warm, after ten minutes of motion: what changes with warmth shows"),
-    ({"current_offset"},
+    ("warmth", {"friction_drift"}, "repeat it warm, after ten minutes of motion: what changes with warmth shows"),
+    ("rest", {"current_offset"},
      "record 10 s at rest with the drives unpowered: the current's zero then shows by itself"),
-    ({"gravity_tilt", "parallel_spring"},
-     "run it with the base turned by 90 degrees: gravity's part changes, a spring's does not"),
-    ({"load_friction", "directional_efficiency", "torque_saturation", "torque_constant"},
-     "run it with a known mass at the far end: what grows with load parts from what does not"),
+    ("turned base", {"gravity_tilt", "parallel_spring"},
+     "repeat a motion with the base turned by 90 degrees: gravity's part changes, a spring's does not"),
+    ("known mass", {"load_friction", "directional_efficiency", "torque_saturation", "torque_constant"},
+     "repeat a motion with a known mass at the far end: what grows with load parts from what does not"),
 )  # fmt: skip
-PAYLOAD = BEYOND[-1][0]
+PAYLOAD = BEYOND[-1][1]
+ANY_MOTION = ("rest", "turned base", "known mass")  # another trajectory would add nothing to them
 
 
 def by_effect(effects):
@@ -72,5 +73,5 @@ def by_effect(effects):
 
 
 def beyond(effects):
-    """What else would part these effects, or None."""
-    return next((words for group, words in BEYOND if group & set(effects)), None)
+    """(what it needs, words) of what else would part these effects, or (None, None)."""
+    return next(((needs, words) for needs, group, words in BEYOND if group & set(effects)), (None, None))

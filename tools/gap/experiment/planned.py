@@ -13,10 +13,11 @@ from ..track import Track
 from .path import STEP_S
 
 PAYLOAD_KG = 1.0
+CAMERA = {"shank_rad", "foot_rad"}
 
 
-def recording_of(evidence, q):
-    """The recording that sensors would make of a joint motion `q` on the file's rows, all efforts 0."""
+def recording_of(evidence, q, camera=False):
+    """The recording that sensors would make of a joint motion `q` on the file's rows, all efforts 0; with a camera, too."""
     first = evidence.tracks[0]
     t = np.arange(0, (q.shape[1] - 1) * STEP_S, first.step_s)
     rows = STEP_S * np.arange(q.shape[1])
@@ -25,9 +26,9 @@ def recording_of(evidence, q):
     for name, values in first.columns.items():
         if name not in columns and name != "valid":
             columns[name] = np.full(len(t), float(np.mean(values)) if name.endswith("_C") else 0.0)
-    seen = set(first.columns)
+    seen = set(first.columns) | (CAMERA if camera else set())
     settings = first.recording.score
-    recording = talus.Recording({n: rounded(x, first.columns[n]) for n, x in columns.items() if n in seen})
+    recording = talus.Recording({n: rounded(x, first.columns.get(n, x)) for n, x in columns.items() if n in seen})
     recording.score = settings
     return recording
 
@@ -51,12 +52,15 @@ def rounded(values, like):
 
 
 def planned_evidence(evidence, recording):
-    """What such a recording would show: channels and noise of the recordings there are, one block."""
+    """What such a recording would show: channels and noise of the recordings there are, and a camera's if it has one; one
+    block."""
     out = copy.copy(evidence)
+    if CAMERA <= set(recording.columns):
+        out.kinds = sorted({*evidence.kinds, "F", "K"})
     out.tracks = [track := Track(evidence.model, recording)]
     if out.leg:
         out.ankle_rad = [evidence.transmissions[1].joint_rad(track.columns["ankle_motor_rad"])]
-    out.channels = [c for c in out._channels(0) if c.kind in evidence.kinds]
+    out.channels = [c for c in out._channels(0) if c.kind in out.kinds]
     out.block_of, out.block_record = [np.zeros(len(track.grid_t_s), int)], np.zeros(1, int)
     out.blocks, out.folds, out.fold_count = 1, np.zeros(1, int), 1
     for channel in out.channels:
@@ -65,10 +69,10 @@ def planned_evidence(evidence, recording):
 
 
 class Planned:
-    """A trajectory at the identified parameters; `loaded` with a known mass where it is farthest out."""
+    """A trajectory at the identified parameters; `loaded` with a known mass where it is farthest out, or before a camera."""
 
-    def __init__(self, search, q, loaded=False):
-        self.evidence = planned_evidence(search.evidence, recording_of(search.evidence, q))
+    def __init__(self, search, q, loaded=False, camera=False):
+        self.evidence = planned_evidence(search.evidence, recording_of(search.evidence, q, camera))
         base = search.scenes[0].base
         if loaded:
             base, self.evidence.tree = with_payload(search.evidence, base)
