@@ -87,9 +87,10 @@ class Gram:
         scale = np.sqrt(np.einsum("fii->i", self.plain_gram))
         self.base = [k for k in range(self.first) if scale[k] > 0]
         self.beside_plain = self.beside(self.plain)
-        norms = np.zeros(len(self.columns))
-        for owner, rows in zip(self.owner, self.rows):
-            norms[owner] += np.einsum("ij,ij->i", rows, rows, dtype=float)
+        self.column_squares = {layout.kind: np.zeros(len(self.columns)) for layout in self.layouts}
+        for layout, owner, rows in zip(self.layouts, self.owner, self.rows):
+            self.column_squares[layout.kind][owner] = np.einsum("ij,ij->i", rows, rows, dtype=float)
+        norms = sum(self.column_squares.values())
         usable = np.isfinite(norms) & (norms > TINY**2)
         self.candidates = [c for c in candidates if usable[self.of(c)].all()]
         self._own = {}
@@ -199,6 +200,14 @@ class Gram:
         rows, weight = np.zeros((self.first, len(known))), 1 / width[known]
         rows[known, np.arange(len(known))] = weight
         return rows, weight * given[known]
+
+    def prior_products(self):
+        """Products of prior_rows() among the base columns that the data see."""
+        return self._prior(len(self.base))[:-1, :-1]
+
+    def reading(self, kind):
+        """Weighted rows of what a kind of channel showed."""
+        return next(plain[-1] for layout, plain in zip(self.layouts, self.plain) if layout.kind == kind)
 
     def _prior(self, size):
         """Products of prior_rows() in the order of a fit with `size` unknowns and the reading."""

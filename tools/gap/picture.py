@@ -122,6 +122,9 @@ def _causes(out, report):
         rows = [[" and ".join(words.name(e) for e in one["effects"]), one["joint"], f"{one['separation']:.2f}"]
                 for one in report["confusable"]]  # fmt: skip
         out.table("Not told apart by these recordings", ["effects", "joint", "logarithm of the odds"], rows)
+    if report["not_observable"]:
+        rows = [[words.name(one["effect"]), one["joint"], one["why"]] for one in report["not_observable"]]
+        out.table("What these recordings cannot show", ["effect", "joint", "why"], rows)
 
 
 def _effect(out, number, effect, report):

@@ -4,6 +4,7 @@ import json
 import math
 
 from . import experiment, figures, motion
+from .hidden import not_observable
 from .where import where
 
 SCHEMA = "talus-gap/1"
@@ -39,6 +40,7 @@ def diagnosis(search, verdict, seed):
             {"effects": [named[1], effect], "joint": joint, "separation": math.log(named[0] / p)}
             for p, effect, joint in verdict.confusable()
         ],
+        "not_observable": not_observable(search),
         "next_experiment": {"why": proposal.why, "trajectory": None, "needs": proposal.needs, "parts": proposal.parts},
     }
     listed = figures.effects(search, fit, before)
@@ -69,7 +71,7 @@ def poor(identification, reason):
                       "identified_rms": error["identified_rms"], "extended_rms": error["identified_rms"],
                       "noise_floor_rms": 0.0, "closed_fraction": 0.0, "reversal_rms": 0.0}  # fmt: skip
     return Diagnosis({"schema": SCHEMA, "verdict": entry(1.0, "unknown", "none"), "alternatives": [], "effects": [],
-                      "gap": gap, "motion": {}, "where": [], "confusable": [],
+                      "gap": gap, "motion": {}, "where": [], "confusable": [], "not_observable": [],
                       "next_experiment": {"why": reason[0].upper() + reason[1:], "trajectory": None, "needs": None,
                                           "parts": []}})  # fmt: skip
 

@@ -1,0 +1,67 @@
+"""Effects that these recordings could not show: identification takes them up, or nothing in them moves what they change."""
+
+import math
+
+import numpy as np
+
+from talus import constants, ffi, lib
+
+from .gram import RIDGE
+
+LARGEST = 0.1  # of the measured torque (RMS): an effect that must be larger to show is called not observable
+LAST_SHARE = 0.01  # of a column's squares, that the base parameters leave: less, and they are what takes it up
+
+
+def least_shares(search):
+    """For each (effect, joint) the torque, of the measured one, at which its best shape would close a least step, and the
+    share of that column's squares which base parameters leave. Effects that show in an encoder alone need no torque."""
+    gram = search.gram
+    plain, beside = gram.plain_gram.sum(0), gram.beside_plain.sum(0)
+    seen = gram.base
+    known = plain[np.ix_(seen, seen)] + gram.prior_products()
+    scale = np.sqrt(np.diag(known))
+    taken = np.linalg.solve(known / np.outer(scale, scale) + RIDGE * np.eye(len(seen)), beside[seen] / scale[:, None])
+    each, whole = gram.column_squares, sum(gram.column_squares.values())
+    left = np.maximum(whole - np.einsum("ij,ij->j", beside[seen] / scale[:, None], taken), 0.0)
+    out = {}
+    for candidate in gram.candidates:
+        for column in gram.of(candidate):
+            torque = [each[kind][column] / np.sum(gram.reading(kind) ** 2) for kind in each if kind[0] == "T"]
+            least = math.sqrt(search.least_step * max(torque) / left[column]) if left[column] > 0 else math.inf
+            found = least, left[column] / whole[column]
+            out[candidate.key] = min(out.get(candidate.key, (math.inf, 0.0)), found)
+    return out
+
+
+def applicable(model, load_sensor):
+    """Every (effect, joint) of the catalogue that the model can have, and whether it lacks a sensor at the output."""
+    places = [*enumerate(model.joints), (constants.TL_MAX_JOINTS, "base")]
+    count = ffi.new("int *")
+    table = lib.tl_effect_table(count)
+    for kind in (table[k] for k in range(count[0])):
+        for number, name in places:
+            if lib.tl_effect_applies(kind, model.struct, number):
+                yield (ffi.string(kind.name).decode(), name), bool(kind.needs_load_sensor) and not load_sensor
+
+
+def not_observable(search):
+    """`not_observable` of the report."""
+    shares, out = least_shares(search), []
+    for key, lacks_sensor in applicable(search.evidence.model, search.evidence.load_sensor):
+        why = reason(shares.get(key), lacks_sensor)
+        if why and not (lacks_sensor and key[0] == "sensor_offset"):  # there is none that could be wrong
+            out.append({"effect": key[0], "joint": key[1], "why": why})
+    return out
+
+
+def reason(found, lacks_sensor):
+    """Why an effect would not be seen, or None."""
+    if lacks_sensor:
+        return "the model's own parameters take it up; a torque sensor at the output would show it"
+    if found is None:
+        return "nothing in these recordings moves what it changes"
+    least, left = found
+    if least <= LARGEST:
+        return None
+    size = f"would have to be {100 * least:.0f} % of the measured torque" if least < 1 else "would be lost at any size"
+    return f"the model's own parameters take it up: it {size}" if left < LAST_SHARE else f"too little moves it: it {size}"
