@@ -63,7 +63,6 @@
 #include "talus/bench.h"
 #include "talus/effect.h"
 #include "talus/excitation.h"
-#include "talus/gap.h"
 #include "talus/simulate.h"
 #include "talus/stepped.h"
 

@@ -45,7 +45,8 @@ class Track:
                 self.raw[joint][begin:end, base] = np.frombuffer(column)
         stops = [self._stops(space, joint, begin) for joint in range(self.joints)]
         every = [self._every_stop(space, joint) for joint in range(self.joints)]
-        self.parts.append({"begin": begin, "end": end, "stops": stops, "every_stop": every, "rows": rows, "n": len(rows[0].t)})
+        self.parts.append({"begin": begin, "end": end, "stops": stops, "every_stop": every, "rows": rows,
+                           "n": len(rows[0].t)})  # fmt: skip
         del alive
 
     @staticmethod

@@ -134,7 +134,8 @@ def judge(search, fit):
     total = float(np.sum(weight))
     nothing = too_little(search, fit) if before < tolerated else 0.0
     probabilities = [(w / total * (1 - unknown) * (1 - nothing), *o.chosen[-1].key) for w, o in zip(weight, others)]
-    verdict = Verdict([*probabilities, (unknown * (1 - nothing), "unknown", "none"), (nothing, "none", "none")], fit, open_share)
+    no_cause = [(unknown * (1 - nothing), "unknown", "none"), (nothing, "none", "none")]
+    verdict = Verdict([*probabilities, *no_cause], fit, open_share)
     named = (verdict.effect, verdict.joint)
     if named != fit.chosen[0].key:  # a simpler effect does as well as the one that fits best
         verdict.fit = next((search.fit([o.chosen[-1], *o.chosen[:-1]]) for o in others if o.chosen[-1].key == named), fit)

@@ -25,12 +25,13 @@ FEWEST_WAVES_RAD = 2 * np.pi * 1.5  # what has not gone through more than one pe
 def torque_saturation(at):
     j, largest = at.number, at.extent.motor_Nm[at.number]
     most = LARGEST_DROOP_SEEN if at.evidence.load_sensor else LARGEST_DROOP
+    likely = lambda x: BESIDE_A_SENSOR if at.evidence.load_sensor else 1.0
 
     def bent(power):
         column = at.motor_column(lambda s: s.motor_Nm[j] * np.abs(s.motor_Nm[j] / largest) ** power)
         figures = lambda x: {"droop_1_Nm": float(x[0]) * abs(at.gear / largest) ** power, "exponent": float(power)}
-        return Candidate("torque_saturation", at.name, f"power {power:g}", (column,), figures, (0.0,), (most,),
-                         prior=lambda x: BESIDE_A_SENSOR if at.evidence.load_sensor else 1.0, family=Family(bent, (power,), (1.5,), (0.5,), (8.0,)))  # fmt: skip
+        return Candidate("torque_saturation", at.name, f"power {power:g}", (column,), figures, (0.0,), (most,), prior=likely,
+                         family=Family(bent, (power,), (1.5,), (0.5,), (8.0,)))  # fmt: skip
 
     def kinked(knee):
         begin = float(knee * largest)
@@ -125,7 +126,8 @@ def cogging(at):
     def figures(order, fades_Hz):
         names = ("sine_Nm", "cosine_Nm", "overtone_sine_Nm", "overtone_cosine_Nm")
         gear = abs(at.gear), at.gear, abs(at.gear), at.gear  # of the motor's torque in the joint's
-        return lambda x: {**{n: float(v) / g for n, v, g in zip(names, x, gear)}, "per_turn": float(order), "fades_Hz": fades_Hz}
+        shape = {"per_turn": float(order), "fades_Hz": fades_Hz}
+        return lambda x: {**{n: float(v) / g for n, v, g in zip(names, x, gear)}, **shape}
 
     for order, fades_Hz in ((k, f) for k in COGGING_ORDERS for f in fades(at) if k * at.motor_range > FEWEST_WAVES_RAD):
         name = f", fading at {fades_Hz:g} Hz" if fades_Hz else ""

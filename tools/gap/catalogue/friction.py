@@ -85,8 +85,10 @@ def asymmetric_friction(at):
     def constant(size):
         """A constant torque is a current's zero more often than friction's: of asymmetries a third do not grow with speed,
         and large ones are as frequent as small ones, while a zero is as often of one order of magnitude as of another."""
+        if not at.evidence.leg:
+            return CONSTANT_BY_FRICTION
         share = abs(size) / at.coulomb_Nm
-        return usual(share, *USUAL_ASYMMETRY) * min(CONSTANT_OF_A_SHARE * share, 1.0) if at.evidence.leg else CONSTANT_BY_FRICTION
+        return usual(share, *USUAL_ASYMMETRY) * min(CONSTANT_OF_A_SHARE * share, 1.0)
 
     yield Candidate("asymmetric_friction", at.name, "viscous", (viscous,),
                     named("viscous_Nms_rad", coulomb_Nm=0.0))  # fmt: skip

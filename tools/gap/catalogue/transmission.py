@@ -121,10 +121,12 @@ def _hidden(at):
 def _saved(at, shape):
     """The model file's parameters."""
     inertia = _inertia(at.scenes[0], at.number, shape.motor)[0]
-    gap = {"gap_rad": 2 * shape.half, "drag_Nm": shape.drag_Nm} if shape.half else {"soft_rad": shape.soft_rad, "soft_share": shape.soft_share,
-                                                          "hardening_Nm_rad3": shape.hardening}  # fmt: skip
+    if shape.half:
+        own = {"gap_rad": 2 * shape.half, "drag_Nm": shape.drag_Nm}
+    else:
+        own = {"soft_rad": shape.soft_rad, "soft_share": shape.soft_share, "hardening_Nm_rad3": shape.hardening}
     return named("share", stiffness_Nm_rad=shape.stiffness, damping_s=float(shape.damping_s(inertia)),
-                 friction_share=shape.dry, viscous_share=shape.viscous, motor_share=shape.motor, **gap)  # fmt: skip
+                 friction_share=shape.dry, viscous_share=shape.viscous, motor_share=shape.motor, **own)  # fmt: skip
 
 
 def elasticity(at):
@@ -148,13 +150,11 @@ def elasticity(at):
             for stiffness in stiffnesses or STIFFNESSES_NM_RAD[:1]:
                 yield soft(float(stiffness), float(dry), float(viscous), motor)
 
-    # stiff: twist = load over stiffness, by the link's torque and, apart, by friction
-    # of the soft form, which takes no part
-    rest = {"stiffness_Nm_rad": 1000.0, "damping_s": 0.001}
-    nothing = {"soft_rad": 0.0, "soft_share": 1.0, "hardening_Nm_rad3": 0.0}
-    link, friction = (library_column("elasticity", j, k, {**rest, "friction_share": 0.0, "viscous_share": 0.0, "motor_share": MOTOR_SHARE, **nothing})
-                      for k in (1, 2))  # fmt: skip
-    rest["share"] = 0.0
+    # stiff: twist = load over stiffness, by the link's torque and, apart, by friction; the soft form takes no part
+    soft_form = {"stiffness_Nm_rad": 1000.0, "damping_s": 0.001, "friction_share": 0.0, "viscous_share": 0.0,
+                 "motor_share": MOTOR_SHARE, "soft_rad": 0.0, "soft_share": 1.0, "hardening_Nm_rad3": 0.0}  # fmt: skip
+    link, friction = (library_column("elasticity", j, k, soft_form) for k in (1, 2))
+    rest = {"share": 0.0, "stiffness_Nm_rad": 1000.0, "damping_s": 0.001}
     names = ("compliance_rad_Nm", "friction_compliance_rad_Nm")
     stiffest = 1 / STIFFEST_NM_RAD if at.evidence.leg else 0.0
     yield Candidate("elasticity", at.name, "stiff", (link,), named(names[0]), (stiffest,), (0.01,),
@@ -170,10 +170,11 @@ def backlash(at):
     def lost(gap, stiffness, dry, viscous, motor, damping, drag=0.0):
         shape = LinkShape(stiffness, gap / 2, dry, viscous, motor, damping, drag_Nm=drag * at.coulomb_Nm)
         figures = lambda x: {"gap_rad": float(x[0]) * gap, "stiffness_Nm_rad": stiffness}
+        family = Family(lost, (gap, stiffness, dry, viscous, motor, damping, drag), (1.7, 3.0, 0.3, 0.3, 0.2, 1.7, 0.06),
+                        (2e-4, 500.0, 0.0, 0.0, 0.02, 0.05, 0.0), (0.03, 50000.0, 1.0, 1.0, 0.7, 1.0, 0.3),
+                        BOTH_FRICTIONS)  # fmt: skip
         return Candidate("backlash", at.name, f"{1e3 * gap:.2g} mrad, {stiffness:g} Nm/rad{_sides(shape)}",
-                         (_behind(at.number, shape),), figures, (0.4,), (1.8,), _saved(at, shape),
-                         Family(lost, (gap, stiffness, dry, viscous, motor, damping, drag), (1.7, 3.0, 0.3, 0.3, 0.2, 1.7, 0.06),
-                                (2e-4, 500.0, 0.0, 0.0, 0.02, 0.05, 0.0), (0.03, 50000.0, 1.0, 1.0, 0.7, 1.0, 0.3), BOTH_FRICTIONS))  # fmt: skip
+                         (_behind(at.number, shape),), figures, (0.4,), (1.8,), _saved(at, shape), family)  # fmt: skip
 
     damping = KNEE_TEETH_DAMPING_RATIO if at.evidence.leg and at.number == 0 else TEETH_DAMPING_RATIO
     for motor in _motor_shares(at):

@@ -194,8 +194,9 @@ def named_effect(search, verdict):
     if not found:
         return Proposal(in_words(verdict))
     option = min(found, key=Option.rank)
-    parted = option.reached(option.repeats()) if verdict.confusable() else []
-    if verdict.confusable() and not parted and camera.helps(search, {verdict.effect, *(e for _, e, _ in verdict.confusable())}):
+    left = [effect for _, effect, _ in verdict.confusable()]
+    parted = option.reached(option.repeats()) if left else []
+    if left and not parted and camera.helps(search, {verdict.effect, *left}):
         return filmed(search, verdict, contest, camera.best(search, verdict, contest, found), limits)
     words, needs = why(search, verdict, contest, option, limits)
     if needs:
@@ -210,8 +211,8 @@ def filmed(search, verdict, contest, found, limits):
     option, trajectory = found.option, TRAJECTORIES[found.option.name][1]
     gains = "; ".join(f"predicted gain in evidence over {other.name} (chi-square) {figure(found.repeats * gain)}, where "
                       f"{figure(least)} are needed" for other, gain, least in zip(contest.others, found.each, found.needed))
-    words = (f"{head_of(verdict, contest)}, nor by any trajectory within them. Next: {beyond([verdict.effect])[1]}. The motion for "
-             f"it: {trajectory}; {found.length_s:.0f} s; with {1e3 * camera.CAMERA_RAD:g} mrad of noise {gains}. "
+    words = (f"{head_of(verdict, contest)}, nor by any trajectory within them. Next: {beyond([verdict.effect])[1]}. The motion "
+             f"for it: {trajectory}; {found.length_s:.0f} s; with {1e3 * camera.CAMERA_RAD:g} mrad of noise {gains}. "
              f"{margins(option.q, option.torque, limits, search.evidence.model.joints)}")  # fmt: skip
     text = to_text(np.concatenate([option.q] * found.repeats, axis=1), search.evidence.model, trajectory)
     return Proposal(words, text, "camera", contest.keys(found.parts))
@@ -227,13 +228,15 @@ def unknown_effect(search):
     if not plans:
         return Proposal(head)
     q, torque = after(*(q for q, _ in plans)), np.max([planned.torque() / limits.torque for _, planned in plans], axis=0)
-    return Proposal(f"{head} {margins(q, torque, limits, search.evidence.model.joints)}", to_text(q, search.evidence.model, words))
+    joints = search.evidence.model.joints
+    return Proposal(f"{head} {margins(q, torque, limits, joints)}", to_text(q, search.evidence.model, words))
 
 
 def in_words(verdict):
     """Where no trajectory can be planned: the motion is not the drive's, or its angle was not recorded."""
     names = [verdict.effect, *(effect for _, effect, _ in verdict.confusable())]
-    head = f"{listed(names)} are not told apart" if len(names) > 1 else f"Nothing rivals {verdict.effect}; what follows would confirm it"
+    alone = f"Nothing rivals {verdict.effect}; what follows would confirm it"
+    head = f"{listed(names)} are not told apart" if len(names) > 1 else alone
     if verdict.effect == "unknown":
         head = "A systematic gap remains that no known effect explains"
     return f"{head}. Next: {beyond(names)[1] or TRAJECTORIES[by_effect(names)][1]}."
