@@ -88,8 +88,11 @@ class Gram:
         self.base = [k for k in range(self.first) if scale[k] > 0]
         self.beside_plain = self.beside(self.plain)
         self.column_squares = {layout.kind: np.zeros(len(self.columns)) for layout in self.layouts}
+        self.fold_squares = np.zeros((self.folds, len(self.columns)))
         for layout, owner, rows in zip(self.layouts, self.owner, self.rows):
-            self.column_squares[layout.kind][owner] = np.einsum("ij,ij->i", rows, rows, dtype=float)
+            each = np.array([np.einsum("ij,ij->i", rows[:, part], rows[:, part], dtype=float) for part in layout.slices])
+            self.column_squares[layout.kind][owner] = each.sum(0)
+            self.fold_squares[:, owner] += each
         norms = sum(self.column_squares.values())
         usable = np.isfinite(norms) & (norms > TINY**2)
         self.candidates = [c for c in candidates if usable[self.of(c)].all()]
@@ -97,6 +100,8 @@ class Gram:
 
     def own(self, candidate):
         """Products (folds, k, k) of a candidate's columns among themselves."""
+        if len(candidate.columns) == 1:
+            return self.fold_squares[:, self.of(candidate), None]
         if candidate not in self._own:
             self._own[candidate] = self.among(self.gathered(candidate.columns))
         return self._own[candidate]
