@@ -17,6 +17,7 @@ TEMPER_OF_REST_OF_ONE_JOINT = 0.1
 TEMPER_OF_EXCESS = 0.0005
 LEAST_PART_OF_ALL = 0.25  # of the excess, closed at one joint, for a verdict on that joint alone
 STEPS_WIDTH = 0.5
+MOST_OPEN_OF_A_PART = 0.5  # beside `unknown`: an effect that closes less is no part of the gap, but its imitation
 LEAST_PROBABILITY = 1e-4  # below it an alternative is not worth a line
 CONFUSABLE_ABOVE = 0.05
 
@@ -136,6 +137,9 @@ def judge(search, fit):
     probabilities = [(w / total * (1 - unknown) * (1 - nothing), *o.chosen[-1].key) for w, o in zip(weight, others)]
     no_cause = [(unknown * (1 - nothing), "unknown", "none"), (nothing, "none", "none")]
     verdict = Verdict([*probabilities, *no_cause], fit, open_share)
+    if verdict.effect == "unknown" and open_share > MOST_OPEN_OF_A_PART:
+        verdict.fit = search.plain
+        return verdict
     named = (verdict.effect, verdict.joint)
     if named != fit.chosen[0].key:  # a simpler effect does as well as the one that fits best
         verdict.fit = next((search.fit([o.chosen[-1], *o.chosen[:-1]]) for o in others if o.chosen[-1].key == named), fit)
