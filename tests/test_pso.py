@@ -338,7 +338,7 @@ def test_run_is_the_generations_by_hand(costs):
 def test_python_callback_sees_every_particle_once_a_generation():
     seen = []
 
-    @ffi.callback("double(const double *, const void *)")
+    @ffi.callback("double(*)(const double *, const void *)")
     def cost(x, _):
         seen.append((x[0], x[1]))
         return abs(x[0]) + abs(x[1])

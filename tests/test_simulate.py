@@ -43,7 +43,7 @@ def run(m, s, until, torque=(0.0, 0.0), step=1e-3):
 def law(function):
     """A torque law from a Python function of (t, q, v) that gives the torques; keep what it returns."""
 
-    @ffi.callback("void(const void *, double, const tl_motion *, double *)")
+    @ffi.callback("void(*)(const void *, double, const tl_motion *, double *)")
     def call(_, t, motion, torque):
         for j, value in enumerate(function(t, list(motion.q), list(motion.v))):
             torque[j] = value
