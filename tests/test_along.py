@@ -1,6 +1,7 @@
 """lib/effects/along.c: an angle's ripple loses to the window what the recorded motion has lost to it."""
 
 import numpy as np
+import pytest
 import talus
 from scipy.signal import savgol_coeffs, savgol_filter
 from talus import ffi, lib, pointer
@@ -24,8 +25,8 @@ def turning(n=600):
     return t, 0.3 + 2.0 * t + 1.5 * t**2, 2.0 + 3.0 * t, np.full(n, 3.0)
 
 
-def columns(kind, shape, model, motion, window):
-    """Columns of an effect's angle ripple along a motion without stops."""
+def columns(kind, shape, model, motion, window, effort=None):
+    """Columns of an effect along a motion without stops; `effort`: the drive's torque beside a sensor at the output."""
     t, *rows = (np.ascontiguousarray(x) for x in motion)
     found = lib.tl_effect_find(kind.encode())
     work, out = np.empty(lib.tl_effect_stretch_work(len(t))), np.zeros((found.strengths, len(t)))
@@ -34,6 +35,7 @@ def columns(kind, shape, model, motion, window):
     for name, values in zip(("q", "v", "a", "slip"), (*rows, slip), strict=True):
         getattr(s, name)[0] = pointer(values)
     s.window[0] = ffi.NULL if window is None else window
+    s.effort_Nm = ffi.NULL if effort is None else pointer(effort)
     lib.tl_effect_columns_along(found, 0, pointer(np.array(shape)), s, 0, pointer(out))
     return out
 
@@ -75,3 +77,20 @@ def test_the_law_of_what_shows_of_a_ripple_follows_the_windows_own_response():
         kind = lib.tl_effect_find(b"cogging")
         kind.law(now, pointer(np.array([1.0, 1.67 * lowpass_Hz])), pointer(torque), pointer(friction))
         assert abs(torque[0] - left) < 0.06
+
+
+def test_what_a_sensor_at_the_output_tells_of_the_drive():
+    """Torque that must be asked for more: a constant that gives more, a current that is old, telemetry that is."""
+    model, motion = pendulum(), turning()
+    t, inside = motion[0], slice(2, -2)
+    effort = 1.5 * np.sin(3.0 * t)
+    slope = 4.5 * np.cos(3.0 * t)
+    assert np.array_equal(columns("torque_constant", [], model, motion, None, effort)[0], -effort)
+    assert columns("delay", [0.0], model, motion, None, effort)[0][inside] == pytest.approx(-slope[inside], abs=1e-3)
+    assert columns("delay", [1.0], model, motion, None, effort)[0][inside] == pytest.approx(-slope[inside], abs=1e-3)
+    # without a sensor a late current shows an earlier torque, and telemetry that is late as a whole shows nothing
+    moving = (t, motion[1], motion[2], 3.0 + t)
+    assert columns("delay", [0.0], model, moving, None)[0] == pytest.approx(-0.2, abs=1e-9)
+    assert not columns("delay", [1.0], model, moving, None).any()
+    # beside one, late angles tell of a later torque
+    assert columns("delay", [1.0], model, moving, None, 0 * t)[0] == pytest.approx(0.2, abs=1e-9)

@@ -87,16 +87,24 @@ def test_motion_of_the_legs_ankle_comes_through_the_linkage():
     assert np.max(np.abs(motion["a"][0] + 1.2 * np.sin(2 * t))[inner]) < 2e-3
 
 
-def test_a_velocity_column_alone_serves():
-    tree = {"plant": "pendulum", "gravity_m_s2": 9.81, "inertia_kg_m2": 1.0, "gravity_moment_kg_m": 1.0,
-            "gravity_zero_rad": 0.0,
-            "joint": {"transmission": {"type": "fixed", "ratio": 1}, "torque_constant_Nm_A": 1.0,
-                      "friction": {"coulomb_Nm": 1.0, "viscous_Nms_rad": 1.0}}}
-    t = np.arange(2000) * 0.01
-    v, a = 2 * np.sin(2 * t), 4 * np.cos(2 * t)
+def pendulum_model(gravity_moment_kg_m):
+    return talus.Model.from_tree({
+        "plant": "pendulum", "gravity_m_s2": 9.81, "inertia_kg_m2": 1.0, "gravity_moment_kg_m": gravity_moment_kg_m,
+        "gravity_zero_rad": 0.0, "joint": {"transmission": {"type": "fixed", "ratio": 1}, "torque_constant_Nm_A": 1.0,
+                                           "friction": {"coulomb_Nm": 1.0, "viscous_Nms_rad": 1.0}}})
+
+
+def velocity_regression(t, v, gravity_moment_kg_m):
+    """Of a recording that has the velocity alone."""
     columns = {"time_s": t, "joint_velocity_rad_s": v, "joint_torque_Nm": 0 * t}
     recording = talus.Recording(columns, {"lowpass_hz": 10.0, "order": 2, "standstill": 0.05})
-    regression = talus.Regression(talus.Model.from_tree(tree), recording)
+    return talus.Regression(pendulum_model(gravity_moment_kg_m), recording)
+
+
+def test_a_velocity_column_alone_serves():
+    t = np.arange(2000) * 0.01
+    v, a = 2 * np.sin(2 * t), 4 * np.cos(2 * t)
+    regression = velocity_regression(t, v, 1.0)
     motion = regression.motion()
     assert np.max(np.abs(motion["v"][0] - v)) < 1e-2 and np.max(np.abs(motion["a"][0] - a)[5:-5]) < 0.02
     assert regression.struct.model.gravity_m_s2 == 0.0  # gravity needs an angle
@@ -104,17 +112,11 @@ def test_a_velocity_column_alone_serves():
 
 def test_one_noisy_row_of_a_recorded_velocity_does_not_turn_its_friction():
     """Runs of 0.4 rad/s, whose middle rows are outliers of the other sign; nothing is bridged: a velocity runs on."""
-    tree = {"plant": "pendulum", "gravity_m_s2": 9.81, "inertia_kg_m2": 1.0, "gravity_moment_kg_m": 0.0,
-            "gravity_zero_rad": 0.0,
-            "joint": {"transmission": {"type": "fixed", "ratio": 1}, "torque_constant_Nm_A": 1.0,
-                      "friction": {"coulomb_Nm": 1.0, "viscous_Nms_rad": 1.0}}}
     t = np.arange(2000) * 0.01
     truth = 0.4 * np.tanh(6 * np.sin(np.pi * t))
     v = truth + np.random.default_rng(1).normal(0, 0.005, len(t))
     v[50::100] = -0.5 * truth[50::100]
-    columns = {"time_s": t, "joint_velocity_rad_s": v, "joint_torque_Nm": 0 * t}
-    recording = talus.Recording(columns, {"lowpass_hz": 10.0, "order": 2, "standstill": 0.05})
-    regression = talus.Regression(talus.Model.from_tree(tree), recording)
+    regression = velocity_regression(t, v, 0.0)
     slip, inside = regression.motion()["slip"][0], (t % 1.0 > 0.15) & (t % 1.0 < 0.85)
     assert np.array_equal(slip[inside], np.sign(truth)[inside])
     space, _alive = regression._segment(0, len(t))

@@ -6,8 +6,8 @@ import sys
 
 import numpy
 import pytest
-from support import REPOSITORY, make_variable
-from talus import TalusError, check, constants, ffi, lib, pointer
+from support import BUILD, REPOSITORY, make_variable
+from talus import TalusError, _library, check, constants, ffi, lib, pointer
 
 
 def test_pointer_is_the_memory_of_the_array():
@@ -73,6 +73,25 @@ def test_constants_are_those_of_a_c_program(tmp_path):
     subprocess.run([*compiler, *flags, str(source)], check=True)
     printed = subprocess.run([str(tmp_path / "constants")], check=True, capture_output=True, text=True).stdout
     assert {k: float(v) for k, v in (line.split() for line in printed.splitlines())} == numbers
+
+
+@pytest.mark.parametrize("writable", [True, False])
+def test_declarations_are_kept_where_that_can_be(tmp_path, monkeypatch, capfd, writable):
+    """The same types whether they were just read, kept, or cannot be kept; nothing is said."""
+    header = tmp_path / "talus_cdef.h"
+    header.write_bytes((BUILD / "python" / "talus_cdef.h").read_bytes())
+    if not writable:
+        monkeypatch.setattr(_library.tempfile, "TemporaryDirectory", refused)
+    for _ in range(2):
+        found = _library._declarations(header)
+        assert found.sizeof("tl_model") == ffi.sizeof("tl_model") and found.sizeof("tl_regression") == ffi.sizeof("tl_regression")
+        assert found.callback("double(*)(const double *, const void *)", lambda x, rest: x[0]) != found.NULL
+        assert sorted(path.suffix for path in tmp_path.iterdir()) == [".h", ".py"][:1 + writable]
+    assert capfd.readouterr() == ("", "")
+
+
+def refused(*_, **__):
+    raise PermissionError(13, "Permission denied")
 
 
 def test_absent_library_says_what_to_do(tmp_path):

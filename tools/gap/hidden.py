@@ -22,12 +22,13 @@ def least_shares(search):
     scale = np.sqrt(np.diag(known))
     taken = np.linalg.solve(known / np.outer(scale, scale) + RIDGE * np.eye(len(seen)), beside[seen] / scale[:, None])
     each, whole = gram.column_squares, sum(gram.column_squares.values())
+    measured = {kind: np.sum(gram.reading(kind) ** 2) for kind in each if kind[0] == "T"}
     left = np.maximum(whole - np.einsum("ij,ij->j", beside[seen] / scale[:, None], taken), 0.0)
     out = {}
     for candidate in gram.candidates:
         for column in gram.of(candidate):
-            torque = [each[kind][column] / np.sum(gram.reading(kind) ** 2) for kind in each if kind[0] == "T"]
-            least = math.sqrt(search.least_step * max(torque) / left[column]) if left[column] > 0 else math.inf
+            torque = max(each[kind][column] / measured[kind] for kind in measured)
+            least = math.sqrt(search.least_step * torque / left[column]) if left[column] > 0 else math.inf
             found = least, left[column] / whole[column]
             out[candidate.key] = min(out.get(candidate.key, (math.inf, 0.0)), found)
     return out

@@ -75,7 +75,8 @@ def _gap(out, report, poor):
     if not poor:
         out.paragraph("All on blocks that the fit has not seen. Closed is the share of the systematic part, identified² − noise², "
                       "that the effects take away; an interval from next to nothing to nearly all says that there was "
-                      "hardly anything above the noise to take away. Near standstill friction has any value between its two levels: those "
+                      "hardly anything above the noise to take away. The floor is an estimate: an error a little below "
+                      "it is as good as at it. Near standstill friction has any value between its two levels: those "
                       "samples are reported apart.")  # fmt: skip
 
 
@@ -124,7 +125,7 @@ def _causes(out, report):
         out.table("Not told apart by these recordings", ["effects", "joint", "logarithm of the odds"], rows)
     if report["not_observable"]:
         rows = [[words.name(one["effect"]), one["joint"], one["why"]] for one in report["not_observable"]]
-        out.table("What these recordings cannot show", ["effect", "joint", "why"], rows)
+        out.table("What these recordings cannot show", ["effect", "joint", "why"], rows, words=True)
 
 
 def _effect(out, number, effect, report):

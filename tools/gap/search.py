@@ -57,9 +57,9 @@ class Fit:
 class Search:
     """Candidates at identified base parameters, and the fits among them."""
 
-    def __init__(self, evidence, base, choose=list, drive_excess=0.0):
+    def __init__(self, evidence, base, choose=list, excess=0.0):
         self.evidence = evidence
-        self.scenes = [Scene(evidence, record, base, drive_excess) for record in range(len(evidence.tracks))]
+        self.scenes = [Scene(evidence, record, base, excess) for record in range(len(evidence.tracks))]
         self.extent = Extent(self.scenes)
         self.gram = Gram(evidence, self.scenes, choose(candidates(evidence, self.scenes, self.extent)))
         self.freedom = evidence.freedom()

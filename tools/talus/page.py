@@ -35,14 +35,15 @@ class Page:
     def paragraph(self, text):
         self._body.append(f"<p>{escape(text)}</p>\n")
 
-    def table(self, caption, columns, rows):
-        """A table whose first column names the rows."""
+    def table(self, caption, columns, rows, words=False):
+        """A table whose first column names the rows, of figures or of words."""
         head = "".join(f'<th scope="col">{escape(text)}</th>' for text in columns)
         body = "".join(
             f'<tr><th scope="row">{escape(first)}</th>' + "".join(f"<td>{escape(text)}</td>" for text in rest) + "</tr>\n"
             for first, *rest in rows
         )
-        self._body.append(f'<div class="wide"><table>\n<caption>{escape(caption)}</caption>\n<thead><tr>{head}</tr>'
+        kind = ' class="words"' if words else ""
+        self._body.append(f'<div class="wide"><table{kind}>\n<caption>{escape(caption)}</caption>\n<thead><tr>{head}</tr>'
                           f"</thead>\n<tbody>\n{body}</tbody></table></div>\n")  # fmt: skip
 
     def chart(self, title, x_label, y_label, series, below=None):

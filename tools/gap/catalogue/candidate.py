@@ -3,6 +3,7 @@
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -151,9 +152,11 @@ class Place:
             return 1.0
         return float(self.evidence.tree["joint"].get("transmission", {}).get("ratio", 1.0))
 
-    @property
+    @cached_property
     def motor_range(self):
-        """Range of the motor's angle over all recordings but for its extremes [rad]."""
+        """Range of the motor's angle over all recordings but for its extremes [rad]; 0 where only its torque twists it."""
+        if self.is_held:
+            return 0.0
         ends = [np.quantile(scene.motor_rad[self.number][scene.track.inside], (0.02, 0.98)) for scene in self.scenes]
         return abs(self.gear) * (max(high for _, high in ends) - min(low for low, _ in ends))
 
@@ -164,7 +167,7 @@ class Place:
             return True
         return self.extent.half_range[self.number] > LEAST_HALF_RANGE_RAD and not self.is_held
 
-    @property
+    @cached_property
     def carries_both_ways(self):
         """Does the drive both drive its load and hold it back? Where it only drives, friction that grows with the load is
         a share of the drive's torque, that a constant or a droop beside a sensor could be as well."""
@@ -176,7 +179,7 @@ class Place:
             shares += [np.sum(power[power > 0] ** 2), np.sum(power[power < 0] ** 2)]
         return bool(shares.min() >= LEAST_WAY * shares.sum())
 
-    @property
+    @cached_property
     def is_held(self):
         """Is the output held, beside its torque sensor, so that its angle is the twist under the torque?"""
         j = self.number

@@ -113,7 +113,7 @@ def fades(at):
 
 
 def cogging(at):
-    if at.evidence.velocity_only or at.is_held:
+    if at.evidence.velocity_only:
         return
     j, made, most = at.number, {}, at.extent.motor_Nm[at.number]
 

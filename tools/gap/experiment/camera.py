@@ -5,13 +5,11 @@ import math
 import numpy as np
 
 from ..verdict import CONFUSABLE_ABOVE, TEMPER
+from .menu import LONGEST_S, MARGIN
 from .planned import Planned
 
 TOLD_APART = {"linkage_error", "encoder_eccentricity"}
 CAMERA_RAD = 1e-3  # noise of one angle, as a marker tracker has it
-MARGIN = 1.5
-MOST_REPEATS = 6
-LONGEST_S = 130.0
 
 
 def helps(search, effects):
@@ -47,7 +45,7 @@ class Filmed:
 
     def __init__(self, search, verdict, contest, option):
         self.option, self.needed, self.each = option, needed(verdict), gains(search, contest, option.q)
-        most = max(1, min(MOST_REPEATS, int(LONGEST_S / option.length_s)))
+        most = max(1, int(LONGEST_S / option.length_s))
         self.repeats = next((n for n in range(1, most) if len(self.parted(n)) == len(self.each)), most)
         self.parts = self.parted(self.repeats)
         self.length_s = self.repeats * option.length_s

@@ -8,17 +8,15 @@ import numpy as np
 from .. import verdict as judging
 from . import camera
 from .gain import Contest, Explanation
-from .menu import ANY_MOTION, PAYLOAD, TRAJECTORIES, beyond, by_effect
+from .menu import ANY_MOTION, LONGEST_S, MARGIN, PAYLOAD, TRAJECTORIES, beyond, by_effect
 from .path import Limits, after, held
 from .planned import PAYLOAD_KG, Planned
 from .words import figure, listed, margins, to_text, told
 
 SHAPES = 3  # that an explanation may take
 MOST_REPEATS = 4
-LONGEST_S = 120.0
 SLOWER = 0.8  # factor on speed where a trajectory would need more torque than was recorded
 REST_S = 10.0
-MARGIN = 1.5  # factor on the chi-square that is needed: a prediction that is just met may miss
 UNKNOWN = ("slow_ramps", "fast_multisine")  # where no cause is known
 
 

@@ -7,6 +7,8 @@ from .path import after, back_and_forth, multisine
 SLOW_SPEEDS = (0.03, 0.08, 0.2)  # rad/s, or m/s of a slider; half the largest recorded at the most
 SLOW_TRAVEL_S = 4.0  # from the middle to one side
 SPEED_SHARES = (0.15, 0.3, 0.55, 0.9)  # of the largest recorded
+LONGEST_S = 120.0  # of a proposal, repeats and all
+MARGIN = 1.5  # factor on the chi-square that is needed: a prediction that is just met may miss
 GENTLY = 0.85  # factor on speed, its square on acceleration, where fast motion is hard to reconstruct
 
 
