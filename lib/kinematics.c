@@ -7,7 +7,6 @@
 #include "stops.h"
 #include "talus/transmission.h"
 
-#define PIECE_ORDER_ROOM 2 /* a piece of L rows bears a polynomial of order L - 2 at most */
 
 static int has(uint32_t recorded, tl_channel c) {
   return (recorded & TL_CHANNEL_BIT(c)) != 0;
@@ -95,14 +94,10 @@ typedef struct joint_work {
   size_t work_n;
 } joint_work;
 
-/* the uncut window on rows [begin, end), its order lowered where the piece is short */
-static tl_status reconstruct_piece(const joint_work *w, size_t begin, size_t end) {
-  tl_window window = w->sensing->window;
-  int most = (int)(end - begin) - PIECE_ORDER_ROOM;
-
-  if (window.order > most) window.order = most;
-  return tl_reconstruct(&window, w->t_s + begin, w->x + begin, end - begin, w->q + begin, w->v + begin,
-                        w->a + begin, w->work, w->work_n);
+/* rows [begin, end) between two stops; with `rests` there is one at its end */
+static tl_status reconstruct_piece(const joint_work *w, size_t begin, size_t end, int rests) {
+  return tl_reconstruct_piece(&w->sensing->window, w->t_s + begin, w->x + begin, end - begin, rests, w->q + begin,
+                              w->v + begin, w->a + begin, w->work, w->work_n);
 }
 
 /* every piece of motion between stops by its own windows; inside a stop the quick window's
@@ -110,12 +105,12 @@ static tl_status reconstruct_piece(const joint_work *w, size_t begin, size_t end
 static tl_status reconstruct_pieces(const joint_work *w, const tl_stop *stop, size_t stops) {
   size_t begin = 0, k;
 
-  if (w->sensing->across) return reconstruct_piece(w, 0, w->n);
+  if (w->sensing->across) return reconstruct_piece(w, 0, w->n, 0);
   for (k = 0; k <= stops; k++) {
     size_t end = k == stops ? w->n : stop[k].before == TL_NO_ROW ? begin : stop[k].before + 1;
 
     if (end > begin) {
-      tl_status status = end - begin > 3 ? reconstruct_piece(w, begin, end) : TL_OK;
+      tl_status status = end - begin > 3 ? reconstruct_piece(w, begin, end, k < stops) : TL_OK;
       if (status != TL_OK) return status;
     }
     if (k == stops || stop[k].after == TL_NO_ROW) break;

@@ -261,19 +261,14 @@ static void delay_rows(const tl_block *block, int joint, double delay_s, tl_regr
 }
 
 /* A recorded velocity runs on through a stop: nothing is cut there (tl_kinematics), so nothing is to be bridged. */
-static void bridge_stops(const tl_regression *r, const double *t_s, int joint, tl_regression_space *space) {
+static void bridge_stops(const tl_regression *r, const tl_block *block, int joint, tl_regression_space *space) {
   const tl_track *track = &space->track;
-  size_t k;
   int c;
 
   if (r->layout.position[joint] == TL_CHANNEL_COUNT) return;
-  for (k = 0; k < track->stops[joint]; k++) {
-    const tl_stop *s = &track->stop[joint][k];
-    if (s->before == TL_NO_ROW || s->after == TL_NO_ROW || t_s[s->after] - t_s[s->before] > TL_BRIDGE_S)
-      continue;
-    for (c = 0; c <= space->rows[joint].columns; c++)
-      tl_bridge_stop(s, t_s, space->raw[joint] + (size_t)c * space->capacity);
-  }
+  for (c = 0; c <= space->rows[joint].columns; c++)
+    tl_bridge_stops(track->stop[joint], track->stops[joint], block->t_s, block->n,
+                    space->raw[joint] + (size_t)c * space->capacity);
 }
 
 /* What was measured; with a sensor at the output that is the load, and the model's torque
@@ -304,7 +299,7 @@ tl_status tl_regression_motion(const tl_regression *r, const tl_block *block, tl
   regressor_rows(r, block, space);
   for (j = 0; j < tl_joint_count(&r->model); j++) {
     effects_along(r, block, j, space);
-    bridge_stops(r, block->t_s, j, space);
+    bridge_stops(r, block, j, space);
     /* a current sampled late shows the torque of an earlier instant */
     if (r->layout.load == TL_CHANNEL_COUNT) delay_rows(block, j, r->delay_s[j], space);
     measured_rows(r, block, j, space);

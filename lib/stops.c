@@ -15,6 +15,11 @@
 #define PIECE_ROWS 4 /* a piece of motion with fewer rows belongs to the stop around it */
 #define PARABOLA 3   /* rows before the stop that tell when it begins */
 
+#define PIECE_ORDER_ROOM 2 /* a piece of L rows bears a polynomial of order L - 2 at most */
+#define RESTS_ORDER_LESS 2
+
+static const double EDGE_S = 0.018; /* of motion beside a stop, by whose line its torque there is told */
+
 static int direction(double velocity, double standstill) {
   if (fabs(velocity) < standstill) return 0;
   return velocity > 0.0 ? 1 : velocity < 0.0 ? -1 : 0;
@@ -129,15 +134,77 @@ void tl_slip_through_stops(const double *t_s, const double *velocity, size_t n, 
   }
 }
 
-/* Through a short stop the torque stays continuous while inertia and friction jump against
- * each other; so the whole row passes from the last moving sample to the next, slowly at first:
- * coming to rest the torque is flat, leaving rest it is not. */
-void tl_bridge_stop(const tl_stop *s, const double *t_s, double *column) {
+/* value and derivatives at the last row, by the window that ends there */
+static tl_status at_rest(const tl_window *w, const double *t_s, const double *x, size_t n, double *work,
+                         size_t work_n, double value[3]) {
+  int order = w->order - RESTS_ORDER_LESS;
+  size_t first = n - 1;
+
+  while (first > 0 && (t_s[n - 1] - t_s[first - 1] <= w->length_s || n - first <= (size_t)w->order)) first--;
+  if (tl_reconstruct_workspace(n - first) > work_n) return TL_ERR_WORKSPACE;
+  return tl_window_fit(t_s + first, x + first, n - first, t_s[n - 1], order < 2 ? 2 : order, work, value);
+}
+
+tl_status tl_reconstruct_piece(const tl_window *window, const double *t_s, const double *x, size_t n, int rests,
+                               double *q, double *v, double *a, double *work, size_t work_n) {
+  tl_window w = *window;
+  double value[3];
+  tl_status status;
+
+  if (w.order + PIECE_ORDER_ROOM > (int)n) w.order = (int)n - PIECE_ORDER_ROOM;
+  if (w.order < 2) return TL_ERR_TOO_SHORT;
+  status = tl_reconstruct(&w, t_s, x, n, q, v, a, work, work_n);
+  if (status == TL_OK && rests) status = at_rest(&w, t_s, x, n, work, work_n, value);
+  if (status != TL_OK || !rests) return status;
+  if (q) q[n - 1] = value[0];
+  v[n - 1] = value[1];
+  a[n - 1] = value[2];
+  return TL_OK;
+}
+
+/* The value at row `at`, one end of rows [begin, end), of the straight line through them: a window's own estimate at the
+ * end of a piece of motion hangs on few samples there, and overshoots where the joint is braked hard. */
+static double edge_value(const double *t_s, const double *column, size_t begin, size_t end, size_t at) {
+  double n = (double)(end - begin), t = 0.0, x = 0.0, across = 0.0, square = 0.0;
   size_t i;
 
+  for (i = begin; i < end; i++) t += t_s[i] - t_s[at];
+  for (i = begin; i < end; i++) x += column[i];
+  t /= n;
+  for (i = begin; i < end; i++) {
+    double away = t_s[i] - t_s[at] - t;
+    across += away * column[i];
+    square += away * away;
+  }
+  return x / n - (square > 0.0 ? t * across / square : 0.0);
+}
+
+/* Through a short stop the torque stays continuous while inertia and friction jump against
+ * each other; so the whole row passes from the last moving sample to the next, slowly at first:
+ * coming to rest the torque is flat, leaving rest it is not. `begin` and `end` are those of the pieces beside it. */
+static void bridge_stop(const tl_stop *s, const double *t_s, size_t begin, size_t end, double *column) {
+  size_t first = s->before, last = s->after, i;
+  double left, right, w;
+
+  while (first > begin && t_s[s->before] - t_s[first - 1] < EDGE_S) first--;
+  while (last + 1 < end && t_s[last + 1] - t_s[s->after] < EDGE_S) last++;
+  left = edge_value(t_s, column, first, s->before + 1, s->before);
+  right = edge_value(t_s, column, s->after, last + 1, s->after);
+  column[s->before] = left;
   for (i = s->before + 1; i < s->after; i++) {
-    double w = (t_s[i] - s->begin_s) / (t_s[s->after] - s->begin_s);
+    w = (t_s[i] - s->begin_s) / (t_s[s->after] - s->begin_s);
     w = w > 0.0 ? w * w : 0.0;
-    column[i] = (1.0 - w) * column[s->before] + w * column[s->after];
+    column[i] = (1.0 - w) * left + w * right;
+  }
+}
+
+void tl_bridge_stops(const tl_stop *stop, size_t stops, const double *t_s, size_t n, double *column) {
+  size_t k;
+
+  for (k = 0; k < stops; k++) {
+    const tl_stop *s = &stop[k];
+    if (s->before == TL_NO_ROW || s->after == TL_NO_ROW) continue;
+    if (t_s[s->after] - t_s[s->before] <= TL_BRIDGE_S)
+      bridge_stop(s, t_s, k ? stop[k - 1].after : 0, k + 1 < stops ? stop[k + 1].before + 1 : n, column);
   }
 }

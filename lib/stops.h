@@ -3,6 +3,7 @@
 #define TALUS_STOPS_H
 
 #include "talus/kinematics.h"
+#include "talus/signal.h"
 
 /* Stops of a joint from its angle (or any quantity proportional to it near the stop) and its quick velocity; writes at most n,
  * returns how many. Nullable: angle (velocity was recorded, then a stop begins at its last moving row). */
@@ -13,5 +14,12 @@ size_t tl_find_stops(const double *t_s, const double *angle, const double *veloc
  * sliding, a ramp in time from the sign before to the sign after through a stop. */
 void tl_slip_through_stops(const double *t_s, const double *velocity, size_t n, const tl_stop *stop,
                            size_t stops, double *slip);
+
+/* Motion of n rows between two stops by their own windows, of a lower order where they are few. With `rests` the joint
+ * comes to rest after the last of them, whose window stands to one side: two orders less overshoot less there.
+ * Nullable: q. TL_ERR_TOO_SHORT with fewer than 4 rows. */
+TL_CHECK tl_status tl_reconstruct_piece(const tl_window *window, const double *t_s, const double *x, size_t n,
+                                        int rests, double *q, double *v, double *a, double *work,
+                                        size_t work_n);
 
 #endif

@@ -47,6 +47,67 @@ def test_a_stop_does_not_smear_the_acceleration():
     assert np.max(np.abs(uncut - a)[moving]) > 0.6
 
 
+def shaken_to_rest(t, begin, hz, size):
+    """Braked by 20 m/s2 and a ripple of `size` (what cogging does), at rest from `begin` on."""
+    w, before = 2 * np.pi * hz, np.minimum(t - begin, 0)
+    acceleration = np.where(t < begin, -20.0 + size * np.sin(w * before), 0.0)
+    return -10.0 * before**2 + size * (before / w - np.sin(w * before) / w**2), acceleration
+
+
+def test_the_last_row_before_a_stop_does_not_overshoot():
+    """The instant of rest falls anywhere between samples; the one-sided window of the whole piece is the measure."""
+    ours, plain = [], []
+    for begin in 1.0 + np.arange(0.0, 0.004, 0.00025):
+        t = np.arange(500) * 0.004
+        x, truth = shaken_to_rest(t, begin, 60.0, 10.0)
+        x = np.round(x / 8e-6) * 8e-6
+        regression = talus.Regression(slider_model(), slider_recording(t, x))
+        space, _alive = regression._segment(0, 500, with_rows=False)
+        last = space.track.stop[0][0].before
+        window, work, uncut = regression.struct.sensing[0].window, np.empty(lib.tl_reconstruct_workspace(500)), np.empty(500)
+        check(lib.tl_reconstruct(ffi.addressof(window), pointer(t), pointer(x), last + 1, ffi.NULL, ffi.NULL,
+                                 pointer(uncut), pointer(work), len(work)))
+        ours.append(space.track.a[0][last] - truth[last])
+        plain.append(uncut[last] - truth[last])
+    rms = lambda error: np.sqrt(np.mean(np.square(error)))
+    assert rms(ours) < 0.5 * rms(plain)
+
+
+STOP = (20, 26, 0.0812)  # last row before, first row after, instant of rest
+
+
+def bridged(column, stops, t):
+    out = np.array(column, float)
+    lib.tl_bridge_stops(ffi.new("tl_stop[]", stops), len(stops), pointer(t), len(t), pointer(out))
+    return out
+
+
+def test_a_bridge_begins_and_ends_on_the_lines_through_the_rows_beside_it():
+    rng = np.random.default_rng(4)
+    t = np.arange(60) * 0.004 + rng.uniform(-3e-4, 3e-4, 60)
+    column = rng.standard_normal(60)
+    before, after, begin_s = STOP
+    near = [np.flatnonzero((t <= t[before]) & (t > t[before] - 0.018)), np.flatnonzero((t >= t[after]) & (t < t[after] + 0.018))]
+    left, right = (np.polyval(np.polyfit(t[i], column[i], 1), t[row]) for i, row in zip(near, (before, after)))
+    share = (np.clip(t[before + 1:after] - begin_s, 0, None) / (t[after] - begin_s)) ** 2
+    want = column.copy()
+    want[before] = left
+    want[before + 1:after] = (1 - share) * left + share * right
+    np.testing.assert_allclose(bridged(column, [STOP], t), want, atol=1e-12)
+
+
+def test_a_bridge_does_not_reach_over_its_neighbours_nor_touch_a_hold():
+    t = np.arange(80) * 0.004
+    column = np.where(np.arange(80) < 17, 100.0, np.where(np.arange(80) > 29, -100.0, 1.0))
+    column[27:30] = 3.0
+    crowded = [(10, 17, t[10]), STOP, (29, 36, t[29])]  # rows 17 to 20 and 26 to 29 are the middle one's
+    out = bridged(column, crowded, t)
+    assert out[20] == pytest.approx(1.0) and np.all((out[21:26] >= 0.0) & (out[21:26] <= 3.0))
+    hold, no_row = (20, 60, t[20]), 2**64 - 1
+    assert np.array_equal(bridged(column, [hold], t), column)
+    assert np.array_equal(bridged(column, [(no_row, 5, t[0]), (70, no_row, t[70])], t), column)
+
+
 def test_slip_passes_from_sign_to_sign_through_a_short_stop_and_fades_in_a_hold():
     t = np.arange(1000) * 0.004
     x, v, _ = decelerate_rest_leave(t, rest=(1.0, 1.06))

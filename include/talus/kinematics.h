@@ -72,9 +72,10 @@ typedef struct tl_stop {
   double begin_s;       /* instant at which it came to rest */
 } tl_stop;
 
-/* A column of a joint's torque through one of its short stops: from the last moving row to the next
- * with the square of the time passed (docs/signal.md). Rows count as the stop's do. */
-void tl_bridge_stop(const tl_stop *stop, const double *t_s, double *column);
+/* A column of a joint's torque through its short stops (at most TL_BRIDGE_S): from what the rows before
+ * each tell to what those after it do, with the square of the time passed (docs/signal.md); n rows, as the stops
+ * count them. */
+void tl_bridge_stops(const tl_stop *stop, size_t stops, const double *t_s, size_t n, double *column);
 
 /* Motion of every joint over a block; arrays of the caller's memory, see tl_track_init. */
 typedef struct tl_track {

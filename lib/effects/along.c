@@ -4,6 +4,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "../stops.h"
 #include "talus/math.h"
 
 #define SMALL 1e-5    /* [rad]: step of the slopes of the inverse dynamics */
@@ -151,17 +152,16 @@ void tl_along_displaced(const tl_effect_stretch *s, const tl_model *link, int jo
     tl_along_copy(column, shift[0], s->n);
 }
 
-/* Rates of shift[0] over rows [begin, end) as the window gives them, if it reaches. */
+/* Rates of shift[0] over rows [begin, end) as the window gives them, if it reaches; with `rests` a stop follows. */
 static void piece_as_recorded(const tl_effect_stretch *s, int joint, double *const shift[4], size_t begin,
-                              size_t end) {
+                              size_t end, int rests) {
   size_t room = s->n < TL_WINDOW_MAX_SAMPLES ? s->n : TL_WINDOW_MAX_SAMPLES;
-  tl_window window = *s->window[joint];
   tl_status status;
 
   if (end < begin + FEWEST_ROWS) return;
-  if (window.order > (int)(end - begin) - 2) window.order = (int)(end - begin) - 2;
-  status = tl_reconstruct(&window, s->t_s + begin, shift[0] + begin, end - begin, NULL, shift[1] + begin,
-                          shift[2] + begin, s->work + 4 * s->n, tl_reconstruct_workspace(room));
+  status = tl_reconstruct_piece(s->window[joint], s->t_s + begin, shift[0] + begin, end - begin, rests, NULL,
+                                shift[1] + begin, shift[2] + begin, s->work + 4 * s->n,
+                                tl_reconstruct_workspace(room));
   (void)status; /* too short for a window: the exact rates stand */
 }
 
@@ -173,11 +173,11 @@ static void as_recorded(const tl_effect_stretch *s, int joint, double *const shi
   if (!s->window[joint]) return;
   for (k = 0; k < s->stops[joint]; k++) {
     const tl_stop *stop = &s->stop[joint][k];
-    if (stop->before != TL_NO_ROW) piece_as_recorded(s, joint, shift, begin, stop->before + 1);
+    if (stop->before != TL_NO_ROW) piece_as_recorded(s, joint, shift, begin, stop->before + 1, 1);
     if (stop->after == TL_NO_ROW) return;
     begin = stop->after;
   }
-  piece_as_recorded(s, joint, shift, begin, s->n);
+  piece_as_recorded(s, joint, shift, begin, s->n, 0);
 }
 
 void tl_along_wave(const tl_effect_stretch *s, int joint, double order, int k, double *const shift[4]) {
@@ -200,13 +200,7 @@ void tl_along_wave(const tl_effect_stretch *s, int joint, double order, int k, d
 }
 
 void tl_along_bridge(const tl_effect_stretch *s, int joint, double *column) {
-  size_t k;
-
-  for (k = 0; k < s->stops[joint]; k++) {
-    const tl_stop *stop = &s->stop[joint][k];
-    if (stop->before == TL_NO_ROW || stop->after == TL_NO_ROW) continue;
-    if (s->t_s[stop->after] - s->t_s[stop->before] <= TL_BRIDGE_S) tl_bridge_stop(stop, s->t_s, column);
-  }
+  tl_bridge_stops(s->stop[joint], s->stops[joint], s->t_s, s->n, column);
 }
 
 void tl_along_rates(const tl_effect_stretch *s, double *const *shift) {

@@ -9,8 +9,6 @@ import numpy as np
 import talus
 from talus import ffi, lib, pointer
 
-LONGEST_STOP_S = 0.1  # a joint that rests longer is at rest, not passing a reversal
-
 
 class Track:
     """One recording. Arrays at the recording's samples have n columns, arrays on the grid one entry an instant."""
@@ -43,31 +41,14 @@ class Track:
             for k, base in enumerate(row.index):
                 column = ffi.buffer(space.raw[joint] + k * space.capacity, 8 * (end - begin))
                 self.raw[joint][begin:end, base] = np.frombuffer(column)
-        stops = [self._stops(space, joint, begin) for joint in range(self.joints)]
-        every = [self._every_stop(space, joint) for joint in range(self.joints)]
-        self.parts.append({"begin": begin, "end": end, "stops": stops, "every_stop": every, "rows": rows,
-                           "n": len(rows[0].t)})  # fmt: skip
+        stops = [self._stops(space, joint) for joint in range(self.joints)]
+        self.parts.append({"begin": begin, "end": end, "stops": stops, "rows": rows, "n": len(rows[0].t)})
         del alive
 
     @staticmethod
-    def _every_stop(space, joint):
-        """(before, after, begin [s]) as the library has them, rows within the segment."""
-        found = (space.track.stop[joint][k] for k in range(space.track.stops[joint]))
-        return [(s.before, s.after, s.begin_s) for s in found]
-
-    def _stops(self, space, joint, begin):
-        """(last sample before, first sample after, begin [s]) of each short stop of a joint. A recorded velocity runs on
-        through stops."""
-        out = []
-        if self.regression.struct.layout.position[joint] == lib.TL_CHANNEL_COUNT:
-            return out
-        for k in range(space.track.stops[joint]):
-            stop = space.track.stop[joint][k]
-            if stop.before > 1 << 60 or stop.after > 1 << 60:  # open: at an end of the segment
-                continue
-            if self.t_s[begin + stop.after] - self.t_s[begin + stop.before] <= LONGEST_STOP_S:
-                out.append((begin + stop.before, begin + stop.after, stop.begin_s))
-        return out
+    def _stops(space, joint):
+        """A joint's stops as the library has them, rows within the segment."""
+        return ffi.new("tl_stop[]", [space.track.stop[joint][k] for k in range(space.track.stops[joint])])
 
     def _gather(self):
         def joined(joint, field):
@@ -83,25 +64,16 @@ class Track:
         self.target = [joined(j, "target") for j in every]
         self.measured = [joined(j, "measured") for j in every]
         self.index = [self.parts[0]["rows"][j].index for j in every]
-        self._bridges = [self._bridge_weights(j) for j in every]
-
-    def _bridge_weights(self, joint):
-        inside, before, after, weight = [np.zeros(0, int)], [np.zeros(0, int)], [np.zeros(0, int)], [np.zeros(0)]
-        for part in self.parts:
-            for a, b, begin_s in part["stops"][joint]:
-                i = np.arange(a + 1, b)
-                inside.append(i)
-                before.append(np.full(len(i), a))
-                after.append(np.full(len(i), b))
-                weight.append(np.clip((self.t_s[i] - begin_s) / (self.t_s[b] - begin_s), 0, None) ** 2)
-        return tuple(np.concatenate(x) for x in (inside, before, after, weight))
 
     def bridge(self, samples, joint):
-        """In a stop friction and inertia jump against each other and only their sum is smooth: the values there
-        are those beside it, blended as the joint lets go."""
-        inside, before, after, weight = self._bridges[joint]
+        """In a short stop friction and inertia jump against each other and only their sum is smooth: the values there
+        are told by those beside it, as in the regressor. A recorded velocity runs on through stops."""
         out = np.array(samples, float)
-        out[inside] = (1 - weight) * out[before] + weight * out[after]
+        if self.regression.struct.layout.position[joint] == lib.TL_CHANNEL_COUNT:
+            return out
+        for part in self.parts:
+            stops, begin, end = part["stops"][joint], part["begin"], part["end"]
+            lib.tl_bridge_stops(stops, len(stops), pointer(self.t_s) + begin, end - begin, pointer(out) + begin)
         return out
 
     def resample(self, samples):

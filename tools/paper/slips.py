@@ -12,7 +12,7 @@ so any set of them can be fitted, in the leg's base parameters with friction and
 import numpy
 from scipy.optimize import least_squares
 
-from talus import Recording, Regression, ffi, lib
+from talus import Recording, Regression, ffi, lib, pointer
 
 from .bench import JOINTS
 from .scoring import on_grid
@@ -31,15 +31,24 @@ class Prepared:
         self.knee_ratio = _ratios(model, 0, self.motion["q"][0])[0]
         self.ankle_ratio, self.ankle_slope = _ratios(model, 1, self.motion["q"][1])
         self.regression = regression
+        space, _alive = regression._segment(0, len(self.recording.t), with_rows=False)
+        self.stops = [ffi.new("tl_stop[]", ffi.unpack(space.track.stop[j], space.track.stops[j])) for j in range(len(JOINTS))]
+
+    def _bridged(self, values, joint):
+        """As the library's own rows pass through the joint's stops."""
+        out, stops = numpy.array(values), self.stops[joint]
+        lib.tl_bridge_stops(stops, len(stops), pointer(self.recording.t), len(out), pointer(out))
+        return out
 
     def rows(self, slips):
         """Scored rows with these slips: for each joint (X, y)."""
         out, lowpass = [], ffi.addressof(self.regression.struct, "lowpass")
-        for part, changes in zip(self.parts, self._changes(slips)):
+        for joint, (part, changes) in enumerate(zip(self.parts, self._changes(slips))):
             x = numpy.zeros((len(part.t), len(self.base)))
             x[:, part.index] = part.x
             for column, values in changes.items():
-                x[:, column] += on_grid(self.recording.t, values, part.t, self.recording.step_s, lowpass)
+                bridged = self._bridged(values, joint)
+                x[:, column] += on_grid(self.recording.t, bridged, part.t, self.recording.step_s, lowpass)
             scored = part.kind == lib.TL_ROW_SCORED
             out.append((x[scored], part.target[scored]))
         return out

@@ -251,9 +251,8 @@ def _stretch(scene, model, part):
     alive = [model, np.ascontiguousarray(scene.t_s[begin:end]), np.empty(lib.tl_effect_stretch_work(end - begin))]
     stretch.model, stretch.n, stretch.t_s, stretch.work = model.struct, end - begin, pointer(alive[1]), pointer(alive[2])
     for j in range(scene.evidence.joints):
-        stops, sensing = part["every_stop"][j], scene.track.regression.struct.sensing[j]
-        alive.append(ffi.new("tl_stop[]", stops))
-        stretch.stop[j], stretch.stops[j] = alive[-1], len(stops)
+        stops, sensing = part["stops"][j], scene.track.regression.struct.sensing[j]
+        stretch.stop[j], stretch.stops[j] = stops, len(stops)
         stretch.window[j] = ffi.NULL if sensing.across else ffi.addressof(sensing, "window")
         for name in ("q", "v", "a", "slip"):
             alive.append(np.ascontiguousarray(getattr(scene, name)[j][begin:end]))
