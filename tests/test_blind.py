@@ -188,6 +188,15 @@ def test_draw_writes_what_a_user_has(tmp_path, capsys):
     assert main(["draw", "--seed", "9", "--count", "1", "--out", str(tmp_path / "a")]) == 2  # not over what is there
 
 
+def test_a_bench_that_swings_between_its_currents_limits_is_no_case():
+    shown = {name: {"knee": np.array([0.5, -2.0]), "ankle": np.array([0.1, 0.3])} for name in cases.RECORDINGS}
+    assert not cases.runs_away(({}, shown, {}))
+    for joint, peak in (("knee", -7.9), ("ankle", 1.45)):
+        once = {**shown, "train2": {**shown["train2"], joint: np.array([0.2, peak])}}
+        assert cases.runs_away(({}, once, {}))
+    assert cases.runs_away(None)
+
+
 @pytest.mark.long
 @pytest.mark.parametrize("effect", list(effects.CATALOGUE))
 def test_effects_survive_identification(effect):

@@ -84,14 +84,16 @@ class Plant:
         return job
 
 
+CURRENT_LIMIT_A = {"knee": 8.0, "ankle": 1.5}
+
+
 def draw_control(rng):
     return {
         "knee.bandwidth": rng.uniform(7, 11),
         "ankle.bandwidth": rng.uniform(8, 13),
         "knee.zeta": rng.uniform(0.7, 1.0),
         "ankle.zeta": rng.uniform(0.7, 1.0),
-        "knee.current_limit": 8.0,
-        "ankle.current_limit": 1.5,
+        **{f"{joint}.current_limit": limit for joint, limit in CURRENT_LIMIT_A.items()},
     }
 
 

@@ -7,7 +7,7 @@ from dataclasses import asdict
 import numpy as np
 
 from . import effects, sensors, unknowns
-from .bench import FIXED, LINKAGE, RECORDINGS, Plant, draw_control, draw_runs, simulate
+from .bench import CURRENT_LIMIT_A, FIXED, LINKAGE, RECORDINGS, Plant, draw_control, draw_runs, simulate
 from .surviving import surviving
 
 MIX = {"single": 0.45, "pair": 0.18, "none": 0.18, "unknown": 0.19}
@@ -85,10 +85,22 @@ def observable(ratios):
             any(max(r["knee_camera"], r["ankle_encoder"]) > 1 for r in seen))  # fmt: skip
 
 
+def current_peak_A(simulated):
+    """Largest shown current of each joint over all recordings."""
+    return {j: float(max(np.abs(simulated[1][n][j]).max() for n in RECORDINGS)) for j in CURRENT_LIMIT_A}
+
+
+def runs_away(simulated):
+    """Does the leg leave its range, or a motor swing between its current's limits? No one records such a bench."""
+    if simulated is None:
+        return True
+    return any(peak > 0.9 * CURRENT_LIMIT_A[joint] for joint, peak in current_peak_A(simulated).items())
+
+
 def settle(case):
-    """The case's simulation; an effect that drives the leg out of its range is drawn again."""
+    """The case's simulation; an effect that lets the bench run away is drawn again."""
     simulated = case.simulate(case.drawn)
-    while simulated is None:
+    while runs_away(simulated):
         rng = case.streams["effect"]
         case.drawn = ([effects.draw(rng, case.plant, rng.uniform())] if case.kind == "single"
                       else effects.draw_pair(rng, case.plant, rng.uniform()) if case.kind == "pair"
@@ -133,9 +145,7 @@ def truth(case, simulated):
         "noise": noise,
         "parameters": asdict(case.plant),
         "base_parameters": case.plant.base(),
-        "current_peak_A": {
-            j: float(max(np.abs(simulated[1][n][j]).max() for n in RECORDINGS)) for j in ("knee", "ankle")
-        },
+        "current_peak_A": current_peak_A(simulated),
     }
 
 
