@@ -7,7 +7,6 @@
 #include "stops.h"
 #include "talus/transmission.h"
 
-
 static int has(uint32_t recorded, tl_channel c) {
   return (recorded & TL_CHANNEL_BIT(c)) != 0;
 }
@@ -96,8 +95,8 @@ typedef struct joint_work {
 
 /* rows [begin, end) between two stops; with `rests` there is one at its end */
 static tl_status reconstruct_piece(const joint_work *w, size_t begin, size_t end, int rests) {
-  return tl_reconstruct_piece(&w->sensing->window, w->t_s + begin, w->x + begin, end - begin, rests, w->q + begin,
-                              w->v + begin, w->a + begin, w->work, w->work_n);
+  return tl_reconstruct_piece(&w->sensing->window, w->t_s + begin, w->x + begin, end - begin, rests,
+                              w->q + begin, w->v + begin, w->a + begin, w->work, w->work_n);
 }
 
 /* every piece of motion between stops by its own windows; inside a stop the quick window's

@@ -261,7 +261,8 @@ static void delay_rows(const tl_block *block, int joint, double delay_s, tl_regr
 }
 
 /* A recorded velocity runs on through a stop: nothing is cut there (tl_kinematics), so nothing is to be bridged. */
-static void bridge_stops(const tl_regression *r, const tl_block *block, int joint, tl_regression_space *space) {
+static void bridge_stops(const tl_regression *r, const tl_block *block, int joint,
+                         tl_regression_space *space) {
   const tl_track *track = &space->track;
   int c;
 

@@ -145,8 +145,8 @@ static tl_status at_rest(const tl_window *w, const double *t_s, const double *x,
   return tl_window_fit(t_s + first, x + first, n - first, t_s[n - 1], order < 2 ? 2 : order, work, value);
 }
 
-tl_status tl_reconstruct_piece(const tl_window *window, const double *t_s, const double *x, size_t n, int rests,
-                               double *q, double *v, double *a, double *work, size_t work_n) {
+tl_status tl_reconstruct_piece(const tl_window *window, const double *t_s, const double *x, size_t n,
+                               int rests, double *q, double *v, double *a, double *work, size_t work_n) {
   tl_window w = *window;
   double value[3];
   tl_status status;

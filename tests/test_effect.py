@@ -63,10 +63,12 @@ def test_laws_against_their_formulas():
     expected = {
         ("stribeck", (0.1, 2.0)): [-np.exp(-9.0)],
         ("stribeck", (0.1, 1.0)): [-np.exp(-3.0)],
-        ("load_friction", (1.0, 0.0, 1.0, 1.0)): [-2.5],
-        ("load_friction", (0.0, 0.0, 1.0, 1.0)): [-2.7],
-        ("load_friction", (1.0, 1.0, 1.0, 1.0)): [-3.3],
-        ("load_friction", (1.0, 0.0, 2.0, 5.0)): [-1.25],
+        ("load_friction", (1.0, 0.0, 1.0, 1.0, 0.0)): [-2.5],
+        ("load_friction", (0.0, 0.0, 1.0, 1.0, 0.0)): [-2.7],
+        ("load_friction", (1.0, 1.0, 1.0, 1.0, 0.0)): [-3.3],
+        ("load_friction", (1.0, 0.0, 2.0, 5.0, 0.0)): [-1.25],
+        # T = X + c |T| slip: X / (1 - c) driving, and what is more than X per c
+        ("load_friction", (1.0, 0.0, 1.0, 1.0, 0.25)): [(-2.5 / 0.75 + 2.5) / 0.25],
         ("asymmetric_friction", ()): [1.0, 0.3],
         ("nonlinear_viscous", (2.0,)): [-0.09],
         ("nonlinear_viscous", (0.5,)): [-np.sqrt(0.3)],

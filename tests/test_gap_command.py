@@ -257,6 +257,18 @@ def test_the_saved_model_predicts_what_the_report_says(tmp_path):
     assert found["coefficient"] == pytest.approx(0.25, rel=0.03)
 
 
+@pytest.mark.parametrize("effect, parameters", [
+    ("load_friction", {"coefficient": 0.2}),
+    ("load_friction", {"coefficient": 0.2, "friction_share": 1.0}),
+    ("directional_efficiency", {"driving": 0.25, "back_driving": 0.1}),
+    ("directional_efficiency", {"driving": 0.1, "back_driving": 0.25}),
+])  # fmt: skip
+def test_the_scale_on_the_load_tells_an_efficiency_from_load_friction(tmp_path, effect, parameters):
+    """Both have the same half difference between driving and driven back; the sum of the two is a scale."""
+    report = diagnose(tmp_path, simulate(tmp_path, {(effect, "knee"): parameters}))
+    assert (report["verdict"]["effect"], report["verdict"]["joint"]) == (effect, "knee")
+
+
 BEHIND_THE_GEAR = {
     "backlash": {"share": 1.0, "gap_rad": 0.004, "stiffness_Nm_rad": 8000.0},
     "elasticity": {"share": 1.0, "stiffness_Nm_rad": 900.0, "damping_s": 0.001},

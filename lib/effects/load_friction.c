@@ -1,5 +1,6 @@
 /* load_friction.c: friction in proportion to the load (Dohring, Lee and Newman 1993; Bittencourt and Gunnarsson 2012).
- * What the gear carries is read in several ways: with or without its rotor's inertia, with or without friction. */
+ * What the gear carries is read in several ways: with or without its rotor's inertia, with or without friction; and where it
+ * is the motor's torque T, this friction carries itself: T = X + c |T| slip is X + (c |X| slip + c^2 X) / (1 - c^2). */
 #include "effects.h"
 
 #include <math.h>
@@ -11,10 +12,11 @@ double tl_effect_load(const tl_effect_instant *now, double rotor_share, double f
 }
 
 static void law(const tl_effect_instant *now, const double *shape, double *torque, double *friction) {
-  double load = fabs(tl_effect_load(now, shape[0], shape[1]));
+  double carried = tl_effect_load(now, shape[0], shape[1]), load = fabs(carried), own = shape[4];
 
-  torque[0] = 0.0;
+  torque[0] = own * carried / (1.0 - own * own);
   friction[0] = shape[2] == 1.0 ? load : load * tl_pow(load / shape[3], shape[2] - 1.0);
+  friction[0] /= 1.0 - own * own;
 }
 
 const tl_effect_kind tl_effect_load_friction = {
@@ -25,12 +27,13 @@ const tl_effect_kind tl_effect_load_friction = {
     .dry = 1,
     .needs_load_sensor = 0,
     .strengths = 1,
-    .shapes = 4,
+    .shapes = 5,
     .parameter = {{"coefficient", 0.0, 0.6, 0.1, 0, 0.0},
                   {"rotor_share", 0.0, 1.0, 1.0, TL_RECORDED(1.0)},
                   {"friction_share", 0.0, 1.0, 0.0, TL_OTHERWISE(0.0)},
                   {"exponent", 1.0, 3.0, 1.0,
                    TL_OTHERWISE(1.0)}, /* above 1: the coefficient holds at scale_Nm */
-                  {"scale_Nm", 1e-6, 10000.0, 1.0, TL_OTHERWISE(1.0)}},
+                  {"scale_Nm", 1e-6, 10000.0, 1.0, TL_OTHERWISE(1.0)},
+                  {"own_coefficient", 0.0, 0.6, 0.0, TL_RECORDED(0.0)}}, /* where it carries itself */
     .law = law,
 };

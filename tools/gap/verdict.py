@@ -15,6 +15,9 @@ TEMPER_OF_ONE_JOINT = 15.0  # the best of 1,000 columns gains that in white nois
 TEMPER_OF_REST = 0.25
 TEMPER_OF_REST_OF_ONE_JOINT = 0.1
 TEMPER_OF_EXCESS = 0.0005
+TEMPER_OF_HELD = 4.0  # where the better form holds the other: what is left tells how far noise alone decides
+TEMPER_OF_REST_OF_HELD = 0.03  # of all that the torque there shows above noise
+ADDS_NOTHING = 4.0  # chi-square that a form may gain beside one that holds it
 LEAST_PART_OF_ALL = 0.25  # of the excess, closed at one joint, for a verdict on that joint alone
 STEPS_WIDTH = 0.5
 MOST_OPEN_OF_A_PART = 0.5  # beside `unknown`: an effect that closes less is no part of the gap, but its imitation
@@ -90,21 +93,28 @@ class Odds:
     def __init__(self, search, fit):
         self.search, self.fit = search, fit
         plain, self.mine = self._by_kind([]), self._by_kind(fit.chosen)
-        self.temper = {kind: self._temper(kind, plain[kind]) for kind in plain}
+        left = {kind: max(self.mine[kind] - search.tolerated_of[kind], 0.0) for kind in plain}
+        self.temper = {kind: temper_of(search, left[kind], max(plain[kind], 0.0)) for kind in plain}
+        own = sum(self.mine[kind] for kind in search.evidence.kinds_at(fit.chosen[0].joint) if kind[0] == "T")
+        self.temper_of_held = TEMPER_OF_HELD + TEMPER_OF_REST_OF_HELD * max(own, 0.0)
 
     def _by_kind(self, chosen):
         """Excess that a fit leaves of each kind."""
         blocks = self.search.gram.held_out_blocks(self.search.columns(chosen))
         return {kind: values.sum() - self.search.evidence.freedom(kind) for kind, values in blocks.items()}
 
-    def _temper(self, kind, before):
-        left = max(self.mine[kind] - self.search.tolerated_of[kind], 0.0)
-        return temper_of(self.search, left, max(before, 0.0))
+    def _adds_nothing(self, other, theirs):
+        """Do both fits together explain no more than the better one? Then that one holds the other, or is the true form."""
+        more = [candidate for candidate in other.chosen if candidate not in self.fit.chosen]
+        both = self._by_kind([*self.fit.chosen, *more])
+        return min(sum(theirs.values()), sum(self.mine.values())) - sum(both.values()) < ADDS_NOTHING
 
     def of(self, other):
         """Likelihood of another fit beside that of the first."""
         theirs = self._by_kind(other.chosen)
         worse = sum((theirs[kind] - self.mine[kind]) / self.temper[kind] for kind in theirs)
+        if self._adds_nothing(other, theirs):
+            worse = (sum(theirs.values()) - sum(self.mine.values())) / self.temper_of_held
         price = COLUMN_PRICE * (columns(other) - columns(self.fit)) / TEMPER
         return math.exp(-0.5 * max(worse + price, 0.0))
 

@@ -15,6 +15,7 @@ CONSTANT_BY_FRICTION, CONSTANT_OF_A_SHARE = 0.4, 2.5
 HARDLY_GROWS = 0.5  # of the constant difference, that the viscous one adds at full speed
 LARGEST_SHARE = 0.45  # of the load, lost in a gear in use
 LOAD_POWERS = (1.5, 2.0)
+OWN_COEFFICIENTS, OWN_WITHIN = (0.05, 0.07, 0.1, 0.14, 0.2, 0.28, 0.4), 1.2
 DRIFT_TIMES_S = (5, 10, 20, 40, 80, 200)
 TEMPERATURE_WINDOW_S = 2.0  # a gear's temperature changes slower, its sensor's noise faster
 
@@ -62,6 +63,21 @@ def load_friction(at):
             law = lambda s, f=load, p=power, x=scale: s.slip[j] * np.abs(f(s)) * np.abs(f(s) / x) ** (p - 1)
             yield Candidate("load_friction", at.name, f"{name}, power {power:g}", (at.joint_column(law),),
                             named("coefficient", exponent=power, scale_Nm=scale, **shares), (0.0,), (LARGEST_SHARE,))  # fmt: skip
+
+
+    for own in OWN_COEFFICIENTS:
+        yield _of_the_motors_torque(at, own)
+
+
+def _of_the_motors_torque(at, own):
+    """Friction that the motor's torque makes carries itself: T = X + c |T| slip, solved for T with the coefficient `own`, of
+    which the strength found must come near."""
+    j = at.number
+    column = at.joint_column(lambda s: (s.slip[j] * np.abs(s.joint_Nm[j]) + own * s.joint_Nm[j]) / (1 - own**2))
+    shapes = {"rotor_share": 1.0, "friction_share": 1.0, "own_coefficient": float(own)}
+    make = lambda own: _of_the_motors_torque(at, own)
+    return Candidate("load_friction", at.name, f"the motor's, {own:g}", (column,), named("coefficient", **shapes),
+                     (own / OWN_WITHIN,), (own * OWN_WITHIN,), family=Family(make, (own,), (1.3,), (0.03,), (0.5,)))  # fmt: skip
 
 
 def directional_efficiency(at):
