@@ -65,7 +65,7 @@ def load_friction(at):
                             named("coefficient", exponent=power, scale_Nm=scale, **shares), (0.0,), (LARGEST_SHARE,))  # fmt: skip
 
 
-    for own in OWN_COEFFICIENTS:
+    for own in () if at.evidence.load_sensor else OWN_COEFFICIENTS:
         yield _of_the_motors_torque(at, own)
 
 
