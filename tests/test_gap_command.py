@@ -323,7 +323,7 @@ def test_what_no_trajectory_parts_comes_without_one(tmp_path):
 
 def test_a_camera_parts_the_linkage_from_its_encoder(tmp_path):
     """The proposal is followed: the twin runs the trajectory before a camera, and the verdict stands alone."""
-    hidden = {("linkage_error", "ankle"): {"AB_m": 0.0, "BO_m": 0.0, "AC_m": -0.0008, "BOF_rad": 0.0}}
+    hidden = {("linkage_error", "ankle"): {"AB_m": 0.0, "BO_m": 0.0, "AC_m": -0.0015, "BOF_rad": 0.0}}
     old = simulate(tmp_path, hidden)
     report = diagnose(tmp_path, old)
     assert report["verdict"]["effect"] == "linkage_error" and report["confusable"]

@@ -103,17 +103,17 @@ class Odds:
         blocks = self.search.gram.held_out_blocks(self.search.columns(chosen))
         return {kind: values.sum() - self.search.evidence.freedom(kind) for kind, values in blocks.items()}
 
-    def _adds_nothing(self, other, theirs):
+    def adds_nothing(self, other):
         """Do both fits together explain no more than the better one? Then that one holds the other, or is the true form."""
         more = [candidate for candidate in other.chosen if candidate not in self.fit.chosen]
-        both = self._by_kind([*self.fit.chosen, *more])
-        return min(sum(theirs.values()), sum(self.mine.values())) - sum(both.values()) < ADDS_NOTHING
+        theirs, both = (sum(self._by_kind(chosen).values()) for chosen in (other.chosen, [*self.fit.chosen, *more]))
+        return min(theirs, sum(self.mine.values())) - both < ADDS_NOTHING
 
     def of(self, other):
         """Likelihood of another fit beside that of the first."""
         theirs = self._by_kind(other.chosen)
         worse = sum((theirs[kind] - self.mine[kind]) / self.temper[kind] for kind in theirs)
-        if self._adds_nothing(other, theirs):
+        if self.adds_nothing(other):
             worse = (sum(theirs.values()) - sum(self.mine.values())) / self.temper_of_held
         price = COLUMN_PRICE * (columns(other) - columns(self.fit)) / TEMPER
         return math.exp(-0.5 * max(worse + price, 0.0))

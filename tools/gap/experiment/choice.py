@@ -195,7 +195,9 @@ def named_effect(search, verdict):
     left = [effect for _, effect, _ in verdict.confusable()]
     parted = option.reached(option.repeats()) if left else []
     if left and not parted and camera.helps(search, {verdict.effect, *left}):
-        return filmed(search, verdict, contest, camera.best(search, verdict, contest, found), limits)
+        film = camera.best(search, verdict, contest, found)
+        if film.parts:
+            return filmed(search, verdict, contest, film, limits)
     words, needs = why(search, verdict, contest, option, limits)
     if needs:
         return Proposal(words, needs=needs)
