@@ -74,6 +74,7 @@ def check_form(report):
     assert all(e["probability"] <= report["verdict"]["probability"] for e in every)
     if report["verdict"]["effect"] in ("none", "unknown"):
         assert report["verdict"]["joint"] == "none"
+        assert report["verdict"]["effect"] == "unknown" or not report["effects"]
     else:
         assert report["effects"][0]["effect"] == report["verdict"]["effect"]
     for gap in report["gap"].values():

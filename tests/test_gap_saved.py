@@ -1,6 +1,7 @@
 """Every shape that talus-gap can choose, as an entry of a model file: what the library then adds to a recording's torque
 is strength times the diagnosis's column."""
 
+import math
 import numpy
 import pytest
 import yaml
@@ -154,6 +155,21 @@ def pendulum_setting(load=None):
     if load is not None:
         columns["joint_load_Nm"] = load(t)
     return setting(tree, talus.Recording(columns))
+
+
+def test_every_strength_that_is_allowed_fits_a_model_file(leg):
+    """Also at the limits of shapes that are moved between the grid's points: what a file refuses would be lost."""
+    evidence, _, every = leg
+    tried = 0
+    for candidate in every:
+        family = candidate.family
+        moved = [family.make(*values) for values in (family.low, family.high)] if family else []
+        for one in (candidate, *moved):
+            limits = [limit for limit in (one.low, one.high) if limit and all(map(math.isfinite, limit)) and any(limit)]
+            for strengths in limits:
+                library_effect(evidence, one, strengths)
+                tried += 1
+    assert tried > 1000
 
 
 def test_shapes_of_a_geared_pendulum_are_predicted_as_they_were_fitted():

@@ -22,7 +22,7 @@ const tl_effect_kind tl_effect_torque_saturation = {
     .needs_load_sensor = 0,
     .strengths = 1,
     .shapes = 2,
-    .parameter = {{"droop_1_Nm", -1e9, 1e9, 0.5, 0, 0.0}, /* 1 / Nm^exponent */
+    .parameter = {{"droop_1_Nm", -1e30, 1e30, 0.5, 0, 0.0}, /* 1 / Nm^exponent */
                   {"exponent", 0.0, 8.0, 1.0, 0, 0.0},
                   {"begin_Nm", 0.0, 1e4, 0.0, TL_OTHERWISE(0.0)}},
     .law = law,

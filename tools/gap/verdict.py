@@ -147,7 +147,7 @@ def judge(search, fit):
     probabilities = [(w / total * (1 - unknown) * (1 - nothing), *o.chosen[-1].key) for w, o in zip(weight, others)]
     no_cause = [(unknown * (1 - nothing), "unknown", "none"), (nothing, "none", "none")]
     verdict = Verdict([*probabilities, *no_cause], fit, open_share)
-    if verdict.effect == "unknown" and open_share > MOST_OPEN_OF_A_PART:
+    if verdict.effect == "none" or (verdict.effect == "unknown" and open_share > MOST_OPEN_OF_A_PART):
         verdict.fit = search.plain
         return verdict
     named = (verdict.effect, verdict.joint)
