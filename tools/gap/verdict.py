@@ -7,6 +7,8 @@ import numpy as np
 from .search import COLUMN_PRICE, STEPS_WITHIN_TOLERANCE
 
 UNKNOWN_SHARE = 0.30  # of the excess: left open, and the cause counts as unknown with probability one half
+UNKNOWN_SHARE_OF_ONE_LAW = 0.03  # of an effect that stands alone and has no other form
+ONE_LAW = ("asymmetric_friction", "current_offset", "gravity_tilt")
 UNKNOWN_SHARE_OF_ONE_JOINT = 0.65  # one joint alone is a machine's, and those leave more than twins
 NOTHING_FACTOR = 2.5  # of the tolerated excess: without any effect, none and unknown are equally likely
 LOGIT_WIDTH = 0.35  # of the logarithm
@@ -61,7 +63,15 @@ def too_little(search, fit):
     return logistic((STEPS_WITHIN_TOLERANCE - gain) / STEPS_WIDTH)
 
 
-def still_open(search, fit):
+def most_open(search, fit):
+    """Share of the systematic excess that may be left: there, the cause counts as unknown with probability one half."""
+    if search.evidence.joints == 1:
+        return UNKNOWN_SHARE_OF_ONE_JOINT
+    alone = len(fit.chosen) == 1 and fit.chosen[0].effect in ONE_LAW
+    return UNKNOWN_SHARE_OF_ONE_LAW if alone else UNKNOWN_SHARE
+
+
+def still_open(search, fit, most):
     """Share of the systematic excess that is left: of all channels, or of those at the joint of the first
     effect, where it closes much of the whole. What nothing explains at another joint does not make it less sure."""
     evidence = search.evidence
@@ -69,7 +79,7 @@ def still_open(search, fit):
     whole = search.plain.excess + evidence.irregular_excess() - search.tolerated
     share = left / max(whole, 1.0) if whole > 0 else 0.0
     own = evidence.kinds_at(fit.chosen[0].joint)
-    if own == evidence.kinds or share < UNKNOWN_SHARE:
+    if own == evidence.kinds or share < most:
         return share
     old, new = (search.gram.held_out_blocks(search.columns(chosen)) for chosen in ([], fit.chosen))
     known = sum(evidence.freedom(k) + search.tolerated_of[k] - evidence.irregular_excess(k) for k in own)
@@ -137,9 +147,9 @@ def judge(search, fit):
     if not fit.chosen:
         unknown = logistic((math.log(max(before, 1.0) / tolerated) - math.log(NOTHING_FACTOR)) / LOGIT_WIDTH)
         return Verdict([(unknown, "unknown", "none"), (1 - unknown, "none", "none")], fit, 1.0 if unknown > 0.5 else 0.0)
-    open_share = still_open(search, fit)
-    most_open = UNKNOWN_SHARE if search.evidence.joints > 1 else UNKNOWN_SHARE_OF_ONE_JOINT
-    unknown = logistic((math.log(max(open_share, 1e-4)) - math.log(most_open)) / LOGIT_WIDTH)
+    most = most_open(search, fit)
+    open_share = still_open(search, fit, most)
+    unknown = logistic((math.log(max(open_share, 1e-4)) - math.log(most)) / LOGIT_WIDTH)
     odds, others = Odds(search, fit), rivals(search, fit)
     weight = [other.chosen[-1].weight(other.strengths[-1]) * odds.of(other) for other in others]
     total = float(np.sum(weight))
