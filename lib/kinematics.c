@@ -109,7 +109,9 @@ static tl_status reconstruct_pieces(const joint_work *w, const tl_stop *stop, si
     size_t end = k == stops ? w->n : stop[k].before == TL_NO_ROW ? begin : stop[k].before + 1;
 
     if (end > begin) {
-      tl_status status = end - begin > 3 ? reconstruct_piece(w, begin, end, k < stops) : TL_OK;
+      tl_status status =
+          end - begin > 3 ? reconstruct_piece(w, begin, end, k < stops && tl_is_short_stop(&stop[k], w->t_s))
+                          : TL_OK;
       if (status != TL_OK) return status;
     }
     if (k == stops || stop[k].after == TL_NO_ROW) break;

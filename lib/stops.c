@@ -18,6 +18,7 @@
 #define PIECE_ORDER_ROOM 2 /* a piece of L rows bears a polynomial of order L - 2 at most */
 #define RESTS_ORDER_LESS 2
 
+static const double RESTS_LENGTH = 2.0 / 3.0; /* of the window */
 static const double EDGE_S = 0.018; /* of motion beside a stop, by whose line its torque there is told */
 
 static int direction(double velocity, double standstill) {
@@ -140,7 +141,9 @@ static tl_status at_rest(const tl_window *w, const double *t_s, const double *x,
   int order = w->order - RESTS_ORDER_LESS;
   size_t first = n - 1;
 
-  while (first > 0 && (t_s[n - 1] - t_s[first - 1] <= w->length_s || n - first <= (size_t)w->order)) first--;
+  while (first > 0 &&
+         (t_s[n - 1] - t_s[first - 1] <= RESTS_LENGTH * w->length_s || n - first <= (size_t)w->order))
+    first--;
   if (tl_reconstruct_workspace(n - first) > work_n) return TL_ERR_WORKSPACE;
   return tl_window_fit(t_s + first, x + first, n - first, t_s[n - 1], order < 2 ? 2 : order, work, value);
 }
@@ -160,6 +163,10 @@ tl_status tl_reconstruct_piece(const tl_window *window, const double *t_s, const
   v[n - 1] = value[1];
   a[n - 1] = value[2];
   return TL_OK;
+}
+
+int tl_is_short_stop(const tl_stop *s, const double *t_s) {
+  return s->before != TL_NO_ROW && s->after != TL_NO_ROW && t_s[s->after] - t_s[s->before] <= TL_BRIDGE_S;
 }
 
 /* The value at row `at`, one end of rows [begin, end), of the straight line through them: a window's own estimate at the
@@ -190,7 +197,6 @@ static void bridge_stop(const tl_stop *s, const double *t_s, size_t begin, size_
   while (last + 1 < end && t_s[last + 1] - t_s[s->after] < EDGE_S) last++;
   left = edge_value(t_s, column, first, s->before + 1, s->before);
   right = edge_value(t_s, column, s->after, last + 1, s->after);
-  column[s->before] = left;
   for (i = s->before + 1; i < s->after; i++) {
     w = (t_s[i] - s->begin_s) / (t_s[s->after] - s->begin_s);
     w = w > 0.0 ? w * w : 0.0;
@@ -203,8 +209,7 @@ void tl_bridge_stops(const tl_stop *stop, size_t stops, const double *t_s, size_
 
   for (k = 0; k < stops; k++) {
     const tl_stop *s = &stop[k];
-    if (s->before == TL_NO_ROW || s->after == TL_NO_ROW) continue;
-    if (t_s[s->after] - t_s[s->before] <= TL_BRIDGE_S)
+    if (tl_is_short_stop(s, t_s))
       bridge_stop(s, t_s, k ? stop[k - 1].after : 0, k + 1 < stops ? stop[k + 1].before + 1 : n, column);
   }
 }

@@ -15,8 +15,11 @@ size_t tl_find_stops(const double *t_s, const double *angle, const double *veloc
 void tl_slip_through_stops(const double *t_s, const double *velocity, size_t n, const tl_stop *stop,
                            size_t stops, double *slip);
 
-/* Motion of n rows between two stops by their own windows, of a lower order where they are few. With `rests` the joint
- * comes to rest after the last of them, whose window stands to one side: two orders less overshoot less there.
+/* 1: the stop is bridged (tl_bridge_stops); a longer one is a hold. */
+int tl_is_short_stop(const tl_stop *stop, const double *t_s);
+
+/* Motion of n rows between two stops by their own windows, of a lower order where they are few. With `rests` a stop
+ * that is bridged follows the last of them, whose window stands to one side: two orders less, over two thirds of its length, overshoot less there.
  * Nullable: q. TL_ERR_TOO_SHORT with fewer than 4 rows. */
 TL_CHECK tl_status tl_reconstruct_piece(const tl_window *window, const double *t_s, const double *x, size_t n,
                                         int rests, double *q, double *v, double *a, double *work,

@@ -48,10 +48,10 @@ def test_a_stop_does_not_smear_the_acceleration():
 
 
 def shaken_to_rest(t, begin, hz, size):
-    """Braked by 20 m/s2 and a ripple of `size` (what cogging does), at rest from `begin` on."""
-    w, before = 2 * np.pi * hz, np.minimum(t - begin, 0)
+    """Braked by 20 m/s2 and a ripple of `size` (what cogging does), at rest from `begin` on for 50 ms."""
+    w, before, after = 2 * np.pi * hz, np.minimum(t - begin, 0), np.maximum(t - begin - 0.05, 0)
     acceleration = np.where(t < begin, -20.0 + size * np.sin(w * before), 0.0)
-    return -10.0 * before**2 + size * (before / w - np.sin(w * before) / w**2), acceleration
+    return -10.0 * before**2 + size * (before / w - np.sin(w * before) / w**2) - 5.0 * after**2, acceleration
 
 
 def test_the_last_row_before_a_stop_does_not_overshoot():
@@ -91,7 +91,6 @@ def test_a_bridge_begins_and_ends_on_the_lines_through_the_rows_beside_it():
     left, right = (np.polyval(np.polyfit(t[i], column[i], 1), t[row]) for i, row in zip(near, (before, after)))
     share = (np.clip(t[before + 1:after] - begin_s, 0, None) / (t[after] - begin_s)) ** 2
     want = column.copy()
-    want[before] = left
     want[before + 1:after] = (1 - share) * left + share * right
     np.testing.assert_allclose(bridged(column, [STOP], t), want, atol=1e-12)
 

@@ -173,7 +173,8 @@ static void as_recorded(const tl_effect_stretch *s, int joint, double *const shi
   if (!s->window[joint]) return;
   for (k = 0; k < s->stops[joint]; k++) {
     const tl_stop *stop = &s->stop[joint][k];
-    if (stop->before != TL_NO_ROW) piece_as_recorded(s, joint, shift, begin, stop->before + 1, 1);
+    if (stop->before != TL_NO_ROW)
+      piece_as_recorded(s, joint, shift, begin, stop->before + 1, tl_is_short_stop(stop, s->t_s));
     if (stop->after == TL_NO_ROW) return;
     begin = stop->after;
   }
