@@ -149,9 +149,13 @@ def test_the_truth_loses_nothing(twin, contest):
 
 def test_the_experiment_brings_what_was_predicted(twin, contest):
     """Run on the twin: the rival's excess over the named one grows as predicted, and the named one stands alone."""
-    folder, found, _ = twin
-    option = min(choice.options(found, contest, Limits(found.scenes)), key=choice.Option.rank)
+    folder, found, verdict = twin
+    limits = Limits(found.scenes)
+    option = min(choice.options(found, contest, limits), key=choice.Option.rank)
     predicted = option.repeats() * option.gains[0][0]
+    words, needs = choice.why(found, verdict, contest, option, limits)
+    assert contest.keys(option.reached(option.repeats())) == [{"effect": RIVAL[0], "joint": RIVAL[1]}] and needs is None
+    assert f"{option.repeats() * option.length_s:.0f} s" in words and "predicted gain" in words
     q = np.concatenate([option.q] * option.repeats(), axis=1)
     (folder / "next.csv").write_text(choice.to_text(q, found.evidence.model, "next"))
     new = simulate(folder, "new.csv", "--reference", folder / "next.csv", "--seed", 5)

@@ -191,9 +191,8 @@ def test_pulses_keep_to_their_grid(chip, record):
     assert seen == {0, 1} and chip.value(7) == 0
     assert [pulse["value"] for pulse in pulses] == [1, 0] * (len(pulses) // 2)
     rises = [pulse["mono_ns"] for pulse in pulses if pulse["value"]]
-    middle = len(rises) // 2
-    off = sorted(abs((rise - rises[middle]) / 50e6 - (k - middle)) for k, rise in enumerate(rises))
-    assert off[middle] < 0.3  # periods; one that a busy machine makes late does not shift the others
+    elapsed = rises[-1] - rises[0]
+    assert abs(elapsed / 50e6 - (len(rises) - 1)) < 0.9
 
 
 @pytest.mark.parametrize(("source", "words"), [

@@ -20,6 +20,7 @@ TEMPER_OF_EXCESS = 0.0005
 TEMPER_OF_HELD = 4.0  # where the better form holds the other: what is left tells how far noise alone decides
 TEMPER_OF_REST_OF_HELD = 0.03  # of all that the torque there shows above noise
 ADDS_NOTHING = 4.0  # chi-square that a form may gain beside one that holds it
+HOPELESS = 60.0  # twice the logarithm of the odds: a rival that has so much against it
 LEAST_PART_OF_ALL = 0.25  # of the excess, closed at one joint, for a verdict on that joint alone
 STEPS_WIDTH = 0.5
 MOST_OPEN_OF_A_PART = 0.5  # beside `unknown`: an effect that closes less is no part of the gap, but its imitation
@@ -113,17 +114,19 @@ class Odds:
         blocks = self.search.gram.held_out_blocks(self.search.columns(chosen))
         return {kind: values.sum() - self.search.evidence.freedom(kind) for kind, values in blocks.items()}
 
-    def adds_nothing(self, other):
+    def _adds_nothing(self, other, theirs):
         """Do both fits together explain no more than the better one? Then that one holds the other, or is the true form."""
         more = [candidate for candidate in other.chosen if candidate not in self.fit.chosen]
-        theirs, both = (sum(self._by_kind(chosen).values()) for chosen in (other.chosen, [*self.fit.chosen, *more]))
-        return min(theirs, sum(self.mine.values())) - both < ADDS_NOTHING
+        both = self._by_kind([*self.fit.chosen, *more])
+        return min(sum(theirs.values()), sum(self.mine.values())) - sum(both.values()) < ADDS_NOTHING
 
     def of(self, other):
         """Likelihood of another fit beside that of the first."""
         theirs = self._by_kind(other.chosen)
         worse = sum((theirs[kind] - self.mine[kind]) / self.temper[kind] for kind in theirs)
-        if self.adds_nothing(other):
+        if worse > HOPELESS:  # a smaller temper would not make it likelier
+            return 0.0
+        if self._adds_nothing(other, theirs):
             worse = (sum(theirs.values()) - sum(self.mine.values())) / self.temper_of_held
         price = COLUMN_PRICE * (columns(other) - columns(self.fit)) / TEMPER
         return math.exp(-0.5 * max(worse + price, 0.0))

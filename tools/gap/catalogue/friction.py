@@ -63,8 +63,6 @@ def load_friction(at):
             law = lambda s, f=load, p=power, x=scale: s.slip[j] * np.abs(f(s)) * np.abs(f(s) / x) ** (p - 1)
             yield Candidate("load_friction", at.name, f"{name}, power {power:g}", (at.joint_column(law),),
                             named("coefficient", exponent=power, scale_Nm=scale, **shares), (0.0,), (LARGEST_SHARE,))  # fmt: skip
-
-
     for own in () if at.evidence.load_sensor else OWN_COEFFICIENTS:
         yield _of_the_motors_torque(at, own)
 
