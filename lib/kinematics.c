@@ -93,9 +93,9 @@ typedef struct joint_work {
   size_t work_n;
 } joint_work;
 
-/* rows [begin, end) between two stops; with `rests` there is one at its end */
-static tl_status reconstruct_piece(const joint_work *w, size_t begin, size_t end, int rests) {
-  return tl_reconstruct_piece(&w->sensing->window, w->t_s + begin, w->x + begin, end - begin, rests,
+/* rows [begin, end) between two stops */
+static tl_status reconstruct_piece(const joint_work *w, size_t begin, size_t end, int edges) {
+  return tl_reconstruct_piece(&w->sensing->window, w->t_s + begin, w->x + begin, end - begin, edges,
                               w->q + begin, w->v + begin, w->a + begin, w->work, w->work_n);
 }
 
@@ -108,10 +108,9 @@ static tl_status reconstruct_pieces(const joint_work *w, const tl_stop *stop, si
   for (k = 0; k <= stops; k++) {
     size_t end = k == stops ? w->n : stop[k].before == TL_NO_ROW ? begin : stop[k].before + 1;
 
-    if (end > begin) {
-      tl_status status =
-          end - begin > 3 ? reconstruct_piece(w, begin, end, k < stops && tl_is_short_stop(&stop[k], w->t_s))
-                          : TL_OK;
+    if (end > begin + 3) {
+      int edges = tl_edges_of_piece(k ? &stop[k - 1] : NULL, k < stops ? &stop[k] : NULL, w->t_s);
+      tl_status status = reconstruct_piece(w, begin, end, edges);
       if (status != TL_OK) return status;
     }
     if (k == stops || stop[k].after == TL_NO_ROW) break;

@@ -16,9 +16,9 @@
 #define PARABOLA 3   /* rows before the stop that tell when it begins */
 
 #define PIECE_ORDER_ROOM 2 /* a piece of L rows bears a polynomial of order L - 2 at most */
-#define RESTS_ORDER_LESS 2
 
-static const double RESTS_LENGTH = 2.0 / 3.0; /* of the window */
+static const int ORDERS_LESS[] = {0, 1, 2};  /* at TL_FROM_REST and TL_TO_REST */
+static const double EDGE_LENGTH = 2.0 / 3.0; /* of the window */
 static const double EDGE_S = 0.018; /* of motion beside a stop, by whose line its torque there is told */
 
 static int direction(double velocity, double standstill) {
@@ -135,34 +135,43 @@ void tl_slip_through_stops(const double *t_s, const double *velocity, size_t n, 
   }
 }
 
-/* value and derivatives at the last row, by the window that ends there */
-static tl_status at_rest(const tl_window *w, const double *t_s, const double *x, size_t n, double *work,
-                         size_t work_n, double value[3]) {
-  int order = w->order - RESTS_ORDER_LESS;
-  size_t first = n - 1;
+/* value and derivatives at row `at`, the first or the last, by a window that is shorter and of a lower order */
+static tl_status edge_of_piece(const tl_window *w, const double *t_s, const double *x, size_t n, size_t at,
+                               int orders_less, double *work, size_t work_n, double value[3]) {
+  double reach_s = EDGE_LENGTH * w->length_s;
+  int order = w->order - orders_less;
+  size_t fewest = (size_t)w->order + 1, first, rows = 1;
 
-  while (first > 0 &&
-         (t_s[n - 1] - t_s[first - 1] <= RESTS_LENGTH * w->length_s || n - first <= (size_t)w->order))
-    first--;
-  if (tl_reconstruct_workspace(n - first) > work_n) return TL_ERR_WORKSPACE;
-  return tl_window_fit(t_s + first, x + first, n - first, t_s[n - 1], order < 2 ? 2 : order, work, value);
+  while (rows < n && (rows < fewest || fabs(t_s[at ? at - rows : rows] - t_s[at]) <= reach_s)) rows++;
+  first = at ? n - rows : 0;
+  if (tl_reconstruct_workspace(rows) > work_n) return TL_ERR_WORKSPACE;
+  return tl_window_fit(t_s + first, x + first, rows, t_s[at], order < 2 ? 2 : order, work, value);
 }
 
 tl_status tl_reconstruct_piece(const tl_window *window, const double *t_s, const double *x, size_t n,
-                               int rests, double *q, double *v, double *a, double *work, size_t work_n) {
+                               int edges, double *q, double *v, double *a, double *work, size_t work_n) {
   tl_window w = *window;
   double value[3];
   tl_status status;
+  int side;
 
   if (w.order + PIECE_ORDER_ROOM > (int)n) w.order = (int)n - PIECE_ORDER_ROOM;
   if (w.order < 2) return TL_ERR_TOO_SHORT;
   status = tl_reconstruct(&w, t_s, x, n, q, v, a, work, work_n);
-  if (status == TL_OK && rests) status = at_rest(&w, t_s, x, n, work, work_n, value);
-  if (status != TL_OK || !rests) return status;
-  if (q) q[n - 1] = value[0];
-  v[n - 1] = value[1];
-  a[n - 1] = value[2];
-  return TL_OK;
+  for (side = TL_FROM_REST; status == TL_OK && side <= TL_TO_REST; side++) {
+    size_t at = side == TL_TO_REST ? n - 1 : 0;
+    if (!(edges & side)) continue;
+    status = edge_of_piece(&w, t_s, x, n, at, ORDERS_LESS[side], work, work_n, value);
+    if (status != TL_OK) break;
+    if (q) q[at] = value[0];
+    v[at] = value[1];
+    a[at] = value[2];
+  }
+  return status;
+}
+
+int tl_edges_of_piece(const tl_stop *before, const tl_stop *after, const double *t_s) {
+  return (before ? TL_FROM_REST : 0) | (after && tl_is_short_stop(after, t_s) ? TL_TO_REST : 0);
 }
 
 int tl_is_short_stop(const tl_stop *s, const double *t_s) {

@@ -89,6 +89,16 @@ def test_identification_takes_up_a_joints_own_constants(tmp_path):
     assert not {("stribeck", "joint"), ("load_friction", "joint"), ("delay", "joint"), ("sensor_offset", "joint")} & set(found)
 
 
+def test_what_took_up_a_currents_zero_is_said_with_its_size(tmp_path):
+    """A zero of 0.3 Nm on the project's pendulum, whose model gives none."""
+    tree, columns = swinging(0.6)
+    gain = tree["joint"]["torque_constant_Nm_A"] * tree["joint"]["transmission"]["ratio"]
+    columns["joint_current_A"] = columns["joint_current_A"] + 0.3 / gain
+    why = listed(tmp_path, columns, tree)["current_offset", "joint"]
+    words = why.split("torque_offset_Nm goes from ")[1].split(" to ")
+    assert float(words[0]) == 0.0 and float(words[1]) == pytest.approx(0.3, rel=0.02)
+
+
 def test_what_does_not_move_is_said(tmp_path):
     """A wave that needs a turn of the motor, on a joint that turns a hundredth of it."""
     tree, columns = swinging(0.03)

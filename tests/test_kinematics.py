@@ -1,8 +1,12 @@
 """lib/kinematics.c, stops.c, sense.c: joint motion from angles, against motions known in closed form."""
 
+import itertools
+
 import numpy as np
 import pytest
 import talus
+import yaml
+from support import REPOSITORY, run
 from talus import check, ffi, lib, pointer
 
 
@@ -71,6 +75,43 @@ def test_the_last_row_before_a_stop_does_not_overshoot():
         plain.append(uncut[last] - truth[last])
     rms = lambda error: np.sqrt(np.mean(np.square(error)))
     assert rms(ours) < 0.5 * rms(plain)
+
+
+STICTION = {"effect": "stribeck", "joint": "knee", "parameters": {"extra_Nm": 0.5, "speed_rad_s": 0.12, "exponent": 2.0}}
+
+
+def first_rows(folder, effects):
+    """(ours, plain) errors of the knee's acceleration at the first rows after stops, against the twin's true motion; plain
+    is the window of the whole piece."""
+    tree = {**yaml.safe_load((REPOSITORY / "models/leg.yaml").read_text()), "effects": effects}
+    (folder / "truth.yaml").write_text(yaml.safe_dump(tree))
+    run("talus-sim", "--model", folder / "truth.yaml", "--out", folder / "leg.csv", "--duration", 40,
+        "--motion", folder / "motion.csv")  # fmt: skip
+    truth = np.genfromtxt(folder / "motion.csv", delimiter=",", names=True)["knee_acceleration_rad_s2"]
+    recording = talus.Recording.read(folder / "leg.csv")
+    t, x, n = recording.t, recording.columns["knee_motor_rad"] / 51, len(recording.t)
+    regression = talus.Regression(talus.Model.read(REPOSITORY / "models/leg.yaml"), recording)
+    space, _alive = regression._segment(0, n, with_rows=False)
+    window, work = regression.struct.sensing[0].window, np.empty(lib.tl_reconstruct_workspace(n))
+    stops, errors = [space.track.stop[0][k] for k in range(space.track.stops[0])], []
+    for stop, following in itertools.pairwise(stops):
+        if following.before - stop.after < 12:
+            continue
+        piece = slice(stop.after, following.before + 1)
+        t_s, angle, uncut = t[piece].copy(), x[piece].copy(), np.empty(piece.stop - piece.start)
+        check(lib.tl_reconstruct(ffi.addressof(window), pointer(t_s), pointer(angle), len(angle), ffi.NULL, ffi.NULL,
+                                 pointer(uncut), pointer(work), len(work)))
+        errors.append([space.track.a[0][stop.after] - truth[stop.after], uncut[0] - truth[stop.after]])
+    return np.array(errors).T
+
+
+@pytest.mark.parametrize("effects", [[], [STICTION]])
+def test_the_first_row_after_a_stop_is_nearer_to_the_true_motion(effects, tmp_path):
+    """Where friction lets a joint go, its acceleration rises within a few samples."""
+    ours, plain = first_rows(tmp_path, effects)
+    assert len(ours) > 100
+    rms = lambda error: np.sqrt(np.mean(np.square(error)))
+    assert rms(ours) < 0.95 * rms(plain)
 
 
 STOP = (20, 26, 0.0812)  # last row before, first row after, instant of rest

@@ -152,14 +152,14 @@ void tl_along_displaced(const tl_effect_stretch *s, const tl_model *link, int jo
     tl_along_copy(column, shift[0], s->n);
 }
 
-/* Rates of shift[0] over rows [begin, end) as the window gives them, if it reaches; with `rests` a stop follows. */
+/* Rates of shift[0] over rows [begin, end) as the window gives them, if it reaches. */
 static void piece_as_recorded(const tl_effect_stretch *s, int joint, double *const shift[4], size_t begin,
-                              size_t end, int rests) {
+                              size_t end, int edges) {
   size_t room = s->n < TL_WINDOW_MAX_SAMPLES ? s->n : TL_WINDOW_MAX_SAMPLES;
   tl_status status;
 
   if (end < begin + FEWEST_ROWS) return;
-  status = tl_reconstruct_piece(s->window[joint], s->t_s + begin, shift[0] + begin, end - begin, rests, NULL,
+  status = tl_reconstruct_piece(s->window[joint], s->t_s + begin, shift[0] + begin, end - begin, edges, NULL,
                                 shift[1] + begin, shift[2] + begin, s->work + 4 * s->n,
                                 tl_reconstruct_workspace(room));
   (void)status; /* too short for a window: the exact rates stand */
@@ -174,11 +174,12 @@ static void as_recorded(const tl_effect_stretch *s, int joint, double *const shi
   for (k = 0; k < s->stops[joint]; k++) {
     const tl_stop *stop = &s->stop[joint][k];
     if (stop->before != TL_NO_ROW)
-      piece_as_recorded(s, joint, shift, begin, stop->before + 1, tl_is_short_stop(stop, s->t_s));
+      piece_as_recorded(s, joint, shift, begin, stop->before + 1,
+                        tl_edges_of_piece(k ? stop - 1 : NULL, stop, s->t_s));
     if (stop->after == TL_NO_ROW) return;
     begin = stop->after;
   }
-  piece_as_recorded(s, joint, shift, begin, s->n, 0);
+  piece_as_recorded(s, joint, shift, begin, s->n, k ? TL_FROM_REST : 0);
 }
 
 void tl_along_wave(const tl_effect_stretch *s, int joint, double order, int k, double *const shift[4]) {

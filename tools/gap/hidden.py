@@ -9,6 +9,7 @@ from talus import constants, ffi, lib
 from .gram import RIDGE
 
 LARGEST = 0.1  # of the measured torque (RMS): an effect that must be larger to show is called not observable
+OFFSETS = {"torque_offset": "torque_offset_Nm", "force_offset": "force_offset_N"}  # base parameters of single joints
 LAST_SHARE = 0.01  # of a column's squares, that the base parameters leave: less, and they are what takes it up
 
 
@@ -49,14 +50,21 @@ def not_observable(search):
     """`not_observable` of the report."""
     shares, out = least_shares(search), []
     for key, lacks_sensor in applicable(search.evidence.model, search.evidence.load_sensor):
-        why = reason(shares.get(key), lacks_sensor)
+        why = reason(shares.get(key), lacks_sensor, offset(search.evidence) if key[0] in ("current_offset", "sensor_offset") else "")
         if why and not (lacks_sensor and key[0] == "sensor_offset"):  # there is none that could be wrong
             out.append({"effect": key[0], "joint": key[1], "why": why})
     return out
 
 
-def reason(found, lacks_sensor):
-    """Why an effect would not be seen, or None."""
+def offset(evidence):
+    """Where the zero of a current or sensor went: the model's own parameter, and what identification makes of it."""
+    names = list(evidence.model.base)
+    return "".join(f"; {parameter} goes from {evidence.prior[names.index(name)]:.3g} to {evidence.identified[names.index(name)]:.3g}"
+                   for name, parameter in OFFSETS.items() if name in names)  # fmt: skip
+
+
+def reason(found, lacks_sensor, took=""):
+    """Why an effect would not be seen, or None; `took` says what has it where the model's own parameters take it up."""
     if lacks_sensor:
         return "the model's own parameters take it up; a torque sensor at the output would show it"
     if found is None:
@@ -65,4 +73,4 @@ def reason(found, lacks_sensor):
     if least <= LARGEST:
         return None
     size = f"would have to be {100 * least:.0f} % of the measured torque" if least < 1 else "would be lost at any size"
-    return f"the model's own parameters take it up: it {size}" if left < LAST_SHARE else f"too little moves it: it {size}"
+    return f"the model's own parameters take it up: it {size}{took}" if left < LAST_SHARE else f"too little moves it: it {size}"
