@@ -16,6 +16,11 @@ GAP_FRICTION = ((0, 0), (0.3, 0), (0.6, 0), (1, 0), (0.3, 0.3), (0.6, 0.6), (1, 
 SPRING_DAMPING_RATIO = 0.1  # metal gears, and enough for the free motion to die out
 SOFT_RAD = 0.002  # twist up to which a gear may be softer than beyond
 HARDER_RAD = 0.005  # twist at which hardening is told against stiffness
+# springs of other forms, from which that of a joint without an encoder behind its gear is looked for: a line alone, wrong in
+# phase, may close nothing. As gears' data sheets have it: half as stiff up to a fifth of the largest load; or a cube that
+# bears as much as the line at that load.
+BENT_NM_RAD, BENT_DRY, BENT_MOTOR_SHARE = (400, 800, 1500, 3000), (0.0, 0.5), 0.3
+SOFT_SHARE, SOFT_LOAD, CUBE_LOAD = 0.5, 0.2, 1.0
 BOTH_FRICTIONS = (((2, 0.5), (3, -1.0)), ((2, 1.0), (3, 1.0)))  # dry for viscous at the speeds of a leg, and both
 TEETH_DAMPING_RATIO = 0.1
 KNEE_TEETH_DAMPING_RATIO = 0.3  # its light rotor gives way, and the recorded motion is a wall that bounces more
@@ -150,6 +155,9 @@ def elasticity(at):
             for stiffness in stiffnesses or STIFFNESSES_NM_RAD[:1]:
                 yield soft(float(stiffness), float(dry), float(viscous), motor)
 
+    if at.evidence.leg and j == 0:
+        yield from _bent(at, soft)
+
     # stiff: twist = load over stiffness, by the link's torque and, apart, by friction; the soft form takes no part
     soft_form = {"stiffness_Nm_rad": 1000.0, "damping_s": 0.001, "friction_share": 0.0, "viscous_share": 0.0,
                  "motor_share": MOTOR_SHARE, "soft_rad": 0.0, "soft_share": 1.0, "hardening_Nm_rad3": 0.0}  # fmt: skip
@@ -161,6 +169,17 @@ def elasticity(at):
                     saved=named(names[0], **rest))  # fmt: skip
     yield Candidate("elasticity", at.name, "stiff, friction apart", (link, friction), named(*names), (stiffest, 0.0),
                     (0.01, 0.01), saved=named(*names, **rest))  # fmt: skip
+
+
+def _bent(at, soft):
+    """Springs that are no line."""
+    most = max(np.quantile(np.abs(scene.link_Nm[at.number][scene.track.inside]), 0.98) for scene in at.scenes)
+    for stiffness in map(float, BENT_NM_RAD):
+        twist = most / stiffness
+        for dry in BENT_DRY:
+            sides = (stiffness, dry, 0.0, BENT_MOTOR_SHARE, SPRING_DAMPING_RATIO)
+            yield soft(*sides, share=SOFT_SHARE, begin=SOFT_LOAD * twist)
+            yield soft(*sides, harder=CUBE_LOAD * (HARDER_RAD / twist) ** 2)
 
 
 def backlash(at):
