@@ -35,7 +35,7 @@ STEPS_WITHIN_TOLERANCE = 3.0  # least steps that a gain must be worth where the 
 MOST_JOINED = 4
 PROMISING = 0.2  # of the best gain in a first look: less, and the shapes of a body to be stepped stay few
 REFINED = 3  # of the best effects, between the grid's shapes
-REFINED_WITHIN = 2.5  # times the best excess on the grid
+REFINED_WITHIN = 2.5  # times the best excess on the grid; and of the tolerated one, more than which is much
 STEP_SHARES = (0.5, 0.25, 0.12)  # of a shape's first step
 MOST_ROUNDS = 2  # through all values with one step
 LEAST_REFINEMENT = 8.0  # chi-square: less is not worth another shape
@@ -48,6 +48,15 @@ class Fit:
     def __init__(self, chosen, excess, strengths=(), physical=True):
         self.chosen, self.excess, self.strengths = list(chosen), excess, strengths
         self._base_is_physical = physical
+
+    def last_moved(self, place):
+        """The same fit with its last candidate at another place."""
+
+        def moved(every):
+            *others, last = every
+            return [*others[:place], last, *others[place:]]
+
+        return Fit(moved(self.chosen), self.excess, moved(self.strengths), self._base_is_physical)
 
     def is_physical(self):
         """Are strengths and base parameters within what there can be?"""
@@ -137,12 +146,32 @@ class Search:
             others = [*fit.chosen[:i], *fit.chosen[i + 1:]]
             for found in self.beside(others, [c for c in self.gram.candidates if c.key == old.key]):
                 if found.excess < fit.excess - 1e-9:
-                    order = [*fit.chosen[:i], found.chosen[-1], *fit.chosen[i + 1:]]
-                    fit = Fit(order, found.excess, [*found.strengths[:i], found.strengths[-1], *found.strengths[i:-1]])
+                    fit = found.last_moved(i)
         return fit
 
     def refined(self, fit, place):
-        """One effect's shape moved downhill between the grid's, one value after the other, with ever smaller steps."""
+        """One effect's shape moved downhill between the grid's; while much is left, from the best of each other start, too."""
+        best = self._downhill(fit, place)
+        for start in self._other_starts(fit, place):
+            if best.excess < REFINED_WITHIN * self.tolerated:
+                break
+            best = min(best, self._downhill(start, place), key=lambda found: found.excess)
+        return best
+
+    def _other_starts(self, fit, place):
+        """The best fit with each of the grid's shapes that another one does not lead to."""
+        old, best = fit.chosen[place], {}
+        if old not in self.gram.candidates or not old.family or not old.family.start:
+            return []
+        far = [c for c in self.gram.candidates if c.key == old.key and c.family and c.family.start != old.family.start]
+        for found in self.beside([*fit.chosen[:place], *fit.chosen[place + 1:]], far):
+            start = found.chosen[-1].family.start
+            if start not in best or found.excess < best[start].excess:
+                best[start] = found
+        return [found.last_moved(place) for found in best.values()]
+
+    def _downhill(self, fit, place):
+        """One effect's shape moved one value after the other, with ever smaller steps."""
         done = None  # the step that moves nothing any more
         for share in (s for s in STEP_SHARES for _ in range(MOST_ROUNDS)):
             if share == done:

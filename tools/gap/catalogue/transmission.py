@@ -22,6 +22,7 @@ HARDER_RAD = 0.005  # twist at which hardening is told against stiffness
 BENT_NM_RAD, BENT_DRY, BENT_MOTOR_SHARE = (400, 800, 1500, 3000), (0.0, 0.5), 0.3
 SOFT_SHARE, SOFT_LOAD, CUBE_LOAD = 0.5, 0.2, 1.0
 BOTH_FRICTIONS = (((2, 0.5), (3, -1.0)), ((2, 1.0), (3, 1.0)))  # dry for viscous at the speeds of a leg, and both
+SOFTER = (((0, 1.0), (6, -1.0)), ((0, 1.0), (5, -0.5)))  # stiffer, but soft up to the same load; stiffer, but softer at first
 TEETH_DAMPING_RATIO = 0.1
 KNEE_TEETH_DAMPING_RATIO = 0.3  # its light rotor gives way, and the recorded motion is a wall that bounces more
 STIFFEST_NM_RAD = 15000.0  # that shows: what looks stiffer is the trace of something else in the smoothed acceleration
@@ -146,7 +147,8 @@ def elasticity(at):
                          (0.5,), (1.8,), _saved(at, shape),
                          Family(soft, (stiffness, dry, viscous, motor, damping, share, begin, harder),
                                 (2.0, 0.3, 0.3, 0.2, 1.7, 0.5, 2.0, 0.4), (100.0, 0.0, 0.0, 0.02, 0.02, 0.1, 2e-4, 0.0),
-                                (30000.0, 1.0, 1.0, 0.7, 1.0, 1.0, 0.02, 4.0)))  # fmt: skip
+                                (30000.0, 1.0, 1.0, 0.7, 1.0, 1.0, 0.02, 4.0), SOFTER,
+                                start="cube" if harder else "line" if share == 1.0 else "soft"))  # fmt: skip
 
     fastest = FASTEST_SWING / max(scene.step_s for scene in at.scenes)
     stiffnesses = [k for k in STIFFNESSES_NM_RAD if k <= at.scenes[0].link_inertia[j] * fastest**2]
