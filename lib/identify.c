@@ -8,7 +8,7 @@
 
 #define PRIOR_FACTOR 10.0 /* default upper bound, in priors */
 #define COLUMN_FACTOR 3.0 /* where the prior is 0: in torques that the column alone would explain */
-#define LEAST_SHARE 1e-6   /* of the upper bound: where a parameter that must be positive ends */
+#define LEAST_SHARE 1e-6  /* of the upper bound: where a parameter that must be positive ends */
 #define NEAR_BOUND 1e-3   /* of the bounds' width */
 
 tl_identify_settings tl_identify_defaults(void) {

@@ -50,7 +50,8 @@ def not_observable(search):
     """`not_observable` of the report."""
     shares, out = least_shares(search), []
     for key, lacks_sensor in applicable(search.evidence.model, search.evidence.load_sensor):
-        why = reason(shares.get(key), lacks_sensor, offset(search.evidence) if key[0] in ("current_offset", "sensor_offset") else "")
+        took = offset(search.evidence) if key[0] in ("current_offset", "sensor_offset") else ""
+        why = reason(shares.get(key), lacks_sensor, took)
         if why and not (lacks_sensor and key[0] == "sensor_offset"):  # there is none that could be wrong
             out.append({"effect": key[0], "joint": key[1], "why": why})
     return out
@@ -58,9 +59,10 @@ def not_observable(search):
 
 def offset(evidence):
     """Where the zero of a current or sensor went: the model's own parameter, and what identification makes of it."""
-    names = list(evidence.model.base)
-    return "".join(f"; {parameter} goes from {evidence.prior[names.index(name)]:.3g} to {evidence.identified[names.index(name)]:.3g}"
-                   for name, parameter in OFFSETS.items() if name in names)  # fmt: skip
+    for name, given, found in zip(evidence.model.base, evidence.prior, evidence.identified):
+        if name in OFFSETS:
+            return f"; {OFFSETS[name]} goes from {given:.3g} to {found:.3g}"
+    return ""
 
 
 def reason(found, lacks_sensor, took=""):

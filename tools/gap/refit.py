@@ -74,6 +74,7 @@ def best_shapes(search, chosen):
         others = [old, *(c for c in search.gram.candidates if alone and c.key == old.key)]
         costs = [cost(search, [*chosen[:i], other, *chosen[i + 1:]], i) for other in others]
         chosen[i] = others[int(np.argmin(costs))]
+        search.gram.forget(chosen)
         moved(search, chosen, i, min(costs))
     return chosen
 
@@ -88,6 +89,7 @@ def moved(search, chosen, i, least):
                 if value < least - LEAST_STEP:
                     chosen[i], least = other, value
                     break
+        search.gram.forget(chosen)
 
 
 class Anew:

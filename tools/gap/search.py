@@ -161,7 +161,7 @@ class Search:
     def _other_starts(self, fit, place):
         """The best fit with each of the grid's shapes that another one does not lead to."""
         old, best = fit.chosen[place], {}
-        if old not in self.gram.candidates or not old.family or not old.family.start:
+        if not old.family or old not in self.gram.candidates:
             return []
         far = [c for c in self.gram.candidates if c.key == old.key and c.family and c.family.start != old.family.start]
         for found in self.beside([*fit.chosen[:place], *fit.chosen[place + 1:]], far):

@@ -24,12 +24,13 @@ def candidates(evidence, scenes, extent):
 
 
 def sparse(every, whole=()):
-    """Every second or third shape of each effect at each joint, for a first look; all of the (effect, joint) in `whole`."""
+    """Every second or third shape of each effect at each joint, for a first look; all of the (effect, joint) in `whole`, and
+    all other starts: there are few, far apart."""
     count, seen, out = Counter(c.key for c in every), Counter(), []
     for candidate in every:
         step = SPARSE_FAMILY if candidate.family else SPARSE
         few = count[candidate.key] <= FEWEST_SHAPES or candidate.key in whole
-        if few or seen[candidate.key] % step == 0:
+        if few or seen[candidate.key] % step == 0 or (candidate.family and candidate.family.start):
             out.append(candidate)
         seen[candidate.key] += 1
     return out

@@ -28,7 +28,7 @@ def usual(size, low, high):
 @dataclass(frozen=True)
 class Family:
     """Candidates of one form, `make(*values)`: the grid's values can be moved between its points. A step above 1 is a
-    factor, one below 1 a difference. Shapes of another `start` are so far away that none leads to them."""
+    factor, one below 1 a difference. Shapes of another `start` are so far away that no way leads to them."""
 
     make: Callable
     values: tuple

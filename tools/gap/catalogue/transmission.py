@@ -148,7 +148,7 @@ def elasticity(at):
                          Family(soft, (stiffness, dry, viscous, motor, damping, share, begin, harder),
                                 (2.0, 0.3, 0.3, 0.2, 1.7, 0.5, 2.0, 0.4), (100.0, 0.0, 0.0, 0.02, 0.02, 0.1, 2e-4, 0.0),
                                 (30000.0, 1.0, 1.0, 0.7, 1.0, 1.0, 0.02, 4.0), SOFTER,
-                                start="cube" if harder else "line" if share == 1.0 else "soft"))  # fmt: skip
+                                start="cube" if harder else "soft" if share < 1.0 else ""))  # fmt: skip
 
     fastest = FASTEST_SWING / max(scene.step_s for scene in at.scenes)
     stiffnesses = [k for k in STIFFNESSES_NM_RAD if k <= at.scenes[0].link_inertia[j] * fastest**2]
