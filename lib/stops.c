@@ -171,7 +171,8 @@ tl_status tl_reconstruct_piece(const tl_window *window, const double *t_s, const
 }
 
 int tl_edges_of_piece(const tl_stop *before, const tl_stop *after, const double *t_s) {
-  return (before ? TL_FROM_REST : 0) | (after && tl_is_short_stop(after, t_s) ? TL_TO_REST : 0);
+  return (before && tl_is_short_stop(before, t_s) ? TL_FROM_REST : 0) |
+         (after && tl_is_short_stop(after, t_s) ? TL_TO_REST : 0);
 }
 
 int tl_is_short_stop(const tl_stop *s, const double *t_s) {

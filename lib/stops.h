@@ -22,7 +22,7 @@ int tl_is_short_stop(const tl_stop *stop, const double *t_s);
 enum { TL_FROM_REST = 1, TL_TO_REST = 2 };
 
 /* The ends of the piece between two stops (NULL: the recording's begin or end) whose rows have windows of their own:
- * after any stop, and before one that is bridged. */
+ * those beside a stop that is bridged. */
 int tl_edges_of_piece(const tl_stop *before, const tl_stop *after, const double *t_s);
 
 /* Motion of n rows between two stops by their own windows, of a lower order where they are few. The windows of the
