@@ -179,7 +179,8 @@ static void as_recorded(const tl_effect_stretch *s, int joint, double *const shi
     if (stop->after == TL_NO_ROW) return;
     begin = stop->after;
   }
-  piece_as_recorded(s, joint, shift, begin, s->n, k ? TL_FROM_REST : 0);
+  piece_as_recorded(s, joint, shift, begin, s->n,
+                    tl_edges_of_piece(k ? &s->stop[joint][k - 1] : NULL, NULL, s->t_s));
 }
 
 void tl_along_wave(const tl_effect_stretch *s, int joint, double order, int k, double *const shift[4]) {
