@@ -15,6 +15,7 @@ FORMS = {
     "hardening": {"elastic_form": 2, "hardening": 1.2e7, "link_share": 0.4},
     "soft at first": {"elastic_form": 3, "soft_share": 0.35, "soft_zone": 0.003, "link_share": 0.3},
 }
+SHOWN = {"linear": {}, "hardening": {"hardening_Nm_rad3": 1.2e7}, "soft at first": {"soft_rad": 0.003, "soft_share": 0.35}}
 
 
 @pytest.mark.parametrize("form", FORMS)
@@ -29,4 +30,5 @@ def test_a_soft_spring_behind_the_knees_gear_is_named_whatever_its_form(form, tm
     assert (found["verdict"]["effect"], found["verdict"]["joint"]) == ("elasticity", "knee")
     assert found["verdict"]["probability"] > 0.9 and found["gap"]["knee"]["closed_fraction"] > 0.9
     (spring,) = (e["parameters"] for e in found["effects"] if e["effect"] == "elasticity")
-    assert form != "linear" or spring["compliance_rad_Nm"] == pytest.approx(1 / STIFFNESS_NM_RAD, rel=0.2)
+    hidden = {"compliance_rad_Nm": 1 / STIFFNESS_NM_RAD, **SHOWN[form]}
+    assert spring == pytest.approx(hidden, rel=0.2)

@@ -151,11 +151,11 @@ class Search:
 
     def refined(self, fit, place):
         """One effect's shape moved downhill between the grid's; while much is left, from the best of each other start, too."""
-        best = self._downhill(fit, place)
-        for start in self._other_starts(fit, place):
-            if best.excess < REFINED_WITHIN * self.tolerated:
-                break
-            best = min(best, self._downhill(start, place), key=lambda found: found.excess)
+        best, much = self._downhill(fit, place), REFINED_WITHIN * self.tolerated
+        if best.excess > much:
+            for start in self._other_starts(fit, place):
+                if best.excess > much:
+                    best = min(best, self._downhill(start, place), key=lambda found: found.excess)
         return best
 
     def _other_starts(self, fit, place):
@@ -164,6 +164,8 @@ class Search:
         if not old.family or old not in self.gram.candidates:
             return []
         far = [c for c in self.gram.candidates if c.key == old.key and c.family and c.family.start != old.family.start]
+        if not far:
+            return []
         for found in self.beside([*fit.chosen[:place], *fit.chosen[place + 1:]], far):
             start = found.chosen[-1].family.start
             if start not in best or found.excess < best[start].excess:

@@ -142,7 +142,9 @@ def elasticity(at):
 
     def soft(stiffness, dry, viscous, motor, damping=SPRING_DAMPING_RATIO, share=1.0, begin=SOFT_RAD, harder=0.0):
         shape = LinkShape(stiffness, 0.0, dry, viscous, motor, damping, begin, share, harder * stiffness / HARDER_RAD**2)
-        figures = lambda x: {"compliance_rad_Nm": float(x[0]) / stiffness}
+        bent = {"soft_rad": begin, "soft_share": share} if share < 1.0 else {}
+        bent |= {"hardening_Nm_rad3": float(shape.hardening)} if harder else {}
+        figures = lambda x: {"compliance_rad_Nm": float(x[0]) / stiffness, **bent}
         return Candidate("elasticity", at.name, f"{stiffness:g} Nm/rad{_sides(shape)}", (_behind(j, shape),), figures,
                          (0.5,), (1.8,), _saved(at, shape),
                          Family(soft, (stiffness, dry, viscous, motor, damping, share, begin, harder),
