@@ -217,6 +217,18 @@ void tl_effect_columns(const tl_effect_kind *kind, const double *shape, const tl
   for (k = 0; k < kind->strengths; k++) column[k] += f[k] * now->slip;
 }
 
+void tl_effect_columns_at(const tl_effect_kind *kind, const double *shape, const tl_effect_instant *now,
+                          size_t n, double *column) {
+  double at_once[TL_EFFECT_MAX_STRENGTHS];
+  size_t i;
+  int k;
+
+  for (i = 0; i < n; i++) {
+    tl_effect_columns(kind, shape, &now[i], at_once);
+    for (k = 0; k < kind->strengths; k++) column[(size_t)k * n + i] = at_once[k];
+  }
+}
+
 int tl_effect_at(const tl_effect *e, int joint) {
   return e->joint == joint || e->joint == TL_MAX_JOINTS;
 }

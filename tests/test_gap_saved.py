@@ -5,9 +5,9 @@ import math
 import numpy
 import pytest
 import yaml
-from gap import fitted
 from gap.catalogue import candidates
 from gap.evidence import Evidence
+from gap.kinds import kind_of
 from gap.scene import Extent, Scene
 from gap.track import Track
 from support import REPOSITORY, run
@@ -51,7 +51,7 @@ def library_effect(evidence, candidate, strengths):
     entry, joints = candidate.entry(strengths), evidence.model.joints
     effect = ffi.new("tl_effect *", {"kind": kind})
     effect.joint = joints.index(candidate.joint) if candidate.joint in joints else talus.constants.TL_MAX_JOINTS
-    names = [name for name, _, _ in fitted.kind_parameters(candidate.effect)]
+    names = [p.name for p in kind_of(candidate.effect).parameters]
     assert set(entry) <= set(names), (candidate.effect, candidate.shape, entry)
     for k, name in enumerate(names):
         effect.value[k] = entry.get(name, kind.parameter[k].otherwise)

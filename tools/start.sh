@@ -2,7 +2,9 @@
 # Runs @NAME@, which is Python, with the project's own interpreter, or any that has what it needs.
 root='@ROOT@' build='@BUILD@'
 for python in "$root/.venv/bin/python" python3; do
-  if "$python" -c 'import @NEEDS@' 2>/dev/null; then
+  # found, not imported: importing all of it would take as long again as the program's own start
+  if "$python" -c 'from importlib.util import find_spec; import sys; sys.exit(None in map(find_spec, "@NEEDS@".split(", ")))' \
+    2>/dev/null; then
     PYTHONPATH="$root/tools${PYTHONPATH:+:$PYTHONPATH}" TALUS_BUILD="$build" PYTHONDONTWRITEBYTECODE=1 \
       OPENBLAS_NUM_THREADS=1 exec "$python" -m @MODULE@ "$@"
   fi

@@ -172,6 +172,9 @@ void tl_effect_law(const tl_effect *e, const tl_effect_instant *now, double *tor
 /* The effect's columns: torque at the joint per unit of each strength, column[kind->strengths]. */
 void tl_effect_columns(const tl_effect_kind *kind, const double *shape, const tl_effect_instant *now,
                        double *column);
+/* The same at n instants: column k at column + k n. */
+void tl_effect_columns_at(const tl_effect_kind *kind, const double *shape, const tl_effect_instant *now,
+                          size_t n, double *column);
 /* Doubles of work for a stretch of n rows. */
 size_t tl_effect_stretch_work(size_t n);
 /* The columns of any kind over a stretch, of an effect at `joint` (TL_MAX_JOINTS: the base): column k at

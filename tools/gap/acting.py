@@ -3,8 +3,6 @@ spring pulls back, and friction with a memory follows the motion's own path; all
 motion.
 """
 
-import copy
-
 import numpy as np
 
 SMALL = 1e-6  # rad, of differences
@@ -15,8 +13,8 @@ DRY = {"stribeck", "load_friction", "directional_efficiency", "asymmetric_fricti
 
 def one_way(scene, way):
     """The scene as if every joint slid in one direction throughout, as far as friction goes."""
-    out = copy.copy(scene)
-    out._kept, out.slip, out.v = {}, np.full_like(scene.slip, way), way * np.abs(scene.v)
+    out = scene.copied()
+    out.slip, out.v = np.full_like(scene.slip, way), way * np.abs(scene.v)
     change = np.array([scene.coulomb_Nm[j] * out.slip[j] + scene.viscous[j] * out.v[j]
                        for j in range(len(scene.v))]) - scene.friction_Nm  # fmt: skip
     out.friction_Nm, out.joint_Nm = scene.friction_Nm + change, scene.joint_Nm + change
@@ -25,8 +23,8 @@ def one_way(scene, way):
 
 def moved(scene, joint):
     """The scene with one joint a little further."""
-    out = copy.copy(scene)
-    out._kept, out.q = {}, scene.q.copy()
+    out = scene.copied()
+    out.q = scene.q.copy()
     out.q[joint] += SMALL
     return out
 

@@ -2,8 +2,7 @@
 
 import yaml
 
-from talus import ffi, lib
-
+from .kinds import kind_of
 from .refit import best_shapes, settled_fit
 
 BOUND_CHI2, BOUND_SHARE = 50.0, 0.02  # that bounds may cost without a note: chi-square, and share of what effects gain
@@ -26,34 +25,18 @@ def place(tree, name, value):
     raise KeyError(name)
 
 
-def kind_parameters(effect):
-    """Parameter names of the library's effect of that name: [(name, low, high)]."""
-    kind = lib.tl_effect_find(effect.encode())
-    if kind == ffi.NULL:
-        return []
-    every = [kind.parameter[k] for k in range(kind.strengths + kind.shapes)]
-    return [(ffi.string(p.name).decode(), p.low, p.high) for p in every]
-
-
-def required(effect):
-    """Names of the parameters that a model file must give."""
-    kind = lib.tl_effect_find(effect.encode())
-    return [name for k, (name, _, _) in enumerate(kind_parameters(effect))
-            if not kind.parameter[k].flags & lib.TL_PARAMETER_OPTIONAL]  # fmt: skip
-
-
 def saved_effects(chosen, every):
     """(entries of the model file, notes on what was left out)."""
     entries, notes = [], []
     for candidate, strengths in (piece for c, own in zip(chosen, every) for piece in c.pieces(own)):
-        known = kind_parameters(candidate.effect)
-        values, must = candidate.entry(strengths), required(candidate.effect)
-        if set(values) - {name for name, _, _ in known}:  # tests hold the catalogue against this
+        kind, values = kind_of(candidate.effect), candidate.entry(strengths)
+        known = kind.parameters if kind else ()
+        if set(values) - {p.name for p in known}:  # tests hold the catalogue against this
             notes.append(f"{candidate.effect} of the {candidate.joint} ({candidate.shape}) has no counterpart in model "
                          "files and is left out")  # fmt: skip
             continue
-        full = {name: values.get(name, 0.0) for name, _, _ in known if name in values or name in must}
-        if any(name in full and not low <= full[name] <= high for name, low, high in known):
+        full = {p.name: values.get(p.name, 0.0) for p in known if p.name in values or p.otherwise is None}
+        if any(p.name in full and not p.low <= full[p.name] <= p.high for p in known):
             notes.append(f"{candidate.effect} of the {candidate.joint} is out of the model file's range and is left out")
             continue
         entries.append({"effect": candidate.effect, "joint": candidate.joint, "parameters": full})

@@ -1,11 +1,17 @@
 """The plain model's torques along one recording, at its samples: what the effects' columns are made of."""
 
+import copy
+
 import numpy as np
+
+from talus import ffi
 
 from .physical import physical
 
 SMALL_ANGLE = 1e-4  # rad, of differences
 GRAVITY_M_S2 = 9.81
+TEMPERATURE_WINDOW_S = 2.0  # a gear's temperature changes slower, its sensor's noise faster
+INSTANT = np.dtype([(name, float) for name, _ in ffi.typeof("tl_effect_instant").fields])
 
 
 class Scene:
@@ -32,6 +38,12 @@ class Scene:
         if self.drive_Nm is not None:
             self.joint_Nm = self.motor_Nm = self.drive_Nm
 
+    def copied(self):
+        """The same scene, to be changed: nothing that was made of it is kept."""
+        out = copy.copy(self)
+        out._kept, out._latest = {}, (None, None)
+        return out
+
     def once(self, key, make):
         """A value that several columns share."""
         if key not in self._kept:
@@ -52,6 +64,30 @@ class Scene:
             return model
         return self.once("library model", make)
 
+    def instants(self, j):
+        """What the library's laws depend on at a joint: its tl_effect_instant at every sample."""
+        return self.once(("instants", j), lambda: self._instants(j))
+
+    def _instants(self, j):
+        now, load = np.zeros(len(self.t_s), INSTANT), self.link_Nm[j] + self.rotor_Nm[j]
+        now["q"], now["v"], now["slip"], now["t_s"] = self.q[j], self.v[j], self.slip[j], self.t_s - self.t_s[0]
+        now["ratio"], now["motor_rad"] = self.gear * self.ratio[j], self.gear * self.motor_rad[j]
+        now["motor_Nm"], now["temp_C"] = self.motor_Nm[j] / self.gear, self._temperature(j)
+        now["load_Nm"], now["rotor_Nm"], now["friction_Nm"] = load, self.rotor_Nm[j], self.friction_Nm[j]
+        if self.evidence.leg:
+            now["gravity_tilt_Nm"] = self.tilt_Nm()[j]
+        if self.drive_Nm is not None:  # the gear carries what the drive gives
+            now["effort_Nm"], now["rotor_Nm"], now["friction_Nm"] = self.drive_Nm[j], 0.0, 0.0
+        return now
+
+    def _temperature(self, j):
+        """Of a joint's drive, smoothed [C]; 0 where it was not recorded."""
+        values = self.columns.get(f"{self.evidence.model.joints[j]}_temp_C")
+        if values is None:
+            return 0.0
+        n = max(1, int(TEMPERATURE_WINDOW_S / self.step_s))
+        return np.convolve(np.pad(values, (n // 2, n - 1 - n // 2), mode="edge"), np.ones(n) / n, "valid")
+
     def grid(self, name, joint):
         """An array of this scene on the grid."""
         return self.once(("grid", name, joint), lambda: self.track.resample(getattr(self, name)[joint]))
@@ -65,7 +101,7 @@ class Scene:
         knee, ankle = self.evidence.transmissions
         ratio = ankle.ratio(self.q[1])
         bend = (ankle.ratio(self.q[1] + 1e-5) - ankle.ratio(self.q[1] - 1e-5)) / 2e-5
-        self.ratio = np.array([knee.ratio(self.q[0]), ratio])
+        self.ratio, self.gear = np.array([knee.ratio(self.q[0]), ratio]), 1.0
         self.link_Nm = self.links(self.q, self.v, self.a)
         rotor = b[4] * (ratio * ratio * self.a[1] + ratio * bend * self.v[1] ** 2)
         self.rotor_Nm = np.array([np.zeros_like(rotor), rotor])
@@ -116,6 +152,9 @@ class Scene:
         self.coulomb_Nm, self.viscous = (b[dry[0]],), (b[viscous[0]],)
         self.inertia, self.link_inertia = np.full((1, 1, self.q.shape[1]), inertia), [max(float(inertia), 1e-9)]
         self.motor_rad = self.travel_rad = self.q
+        # torques and angles are the joint's here: motor turns for one of it
+        pendulum = self.evidence.model.plant == "pendulum"
+        self.gear = float(self.evidence.tree["joint"].get("transmission", {}).get("ratio", 1.0)) if pendulum else 1.0
 
     def _single_link(self, base):
         """Inertia and gravity at the samples as they are; the regressor's columns are bridged."""

@@ -3,7 +3,8 @@
 from collections import Counter
 
 from . import drive, friction, leg, transmission
-from .candidate import Candidate, Place
+from .candidate import Candidate
+from .place import Place
 
 
 FEWEST_SHAPES = 4  # of an effect at a joint, that are all tried in a first look

@@ -3,7 +3,8 @@ periodic in the motor's angle."""
 
 import numpy as np
 
-from .candidate import Candidate, Family, library_column, named, usual
+from .candidate import Candidate, Family, named, usual
+from .law import column_along
 
 SATURATION_POWERS = (1, 2, 3, 5)
 LARGEST_DROOP = 0.8  # of the torque at the largest current
@@ -15,7 +16,6 @@ COGGING_ORDERS = (*range(5, 25), 28, 30, 32, 36, 40, 42, 48, 54, 60, 72, 84)
 LAST_WITH_OVERTONE = 42
 USUAL_OFFSET_A = (0.02, 0.2)
 BESIDE_A_SENSOR = 0.3  # prior of what a wrong constant, or the sensor's zero, is likelier to be
-WAVES = (np.sin, np.cos)
 # A ripple that position control does not hold shakes the motor instead, and the recorded acceleration shows of that what
 # the reconstruction's window leaves: half at 1.67 of the low-pass frequency, falling with the fourth power
 SHOWN_UP_TO = 1.67
@@ -23,22 +23,20 @@ FEWEST_WAVES_RAD = 2 * np.pi * 1.5  # what has not gone through more than one pe
 
 
 def torque_saturation(at):
-    j, largest = at.number, at.extent.motor_Nm[at.number]
+    largest = at.extent.motor_Nm[at.number]
     most = LARGEST_DROOP_SEEN if at.evidence.load_sensor else LARGEST_DROOP
     likely = lambda x: BESIDE_A_SENSOR if at.evidence.load_sensor else 1.0
 
     def bent(power):
-        column = at.motor_column(lambda s: s.motor_Nm[j] * np.abs(s.motor_Nm[j] / largest) ** power)
-        figures = lambda x: {"droop_1_Nm": float(x[0]) * abs(at.gear / largest) ** power, "exponent": float(power)}
-        return Candidate("torque_saturation", at.name, f"power {power:g}", (column,), figures, (0.0,), (most,), prior=likely,
-                         family=Family(bent, (power,), (1.5,), (0.5,), (8.0,)))  # fmt: skip
+        unit = {"droop_1_Nm": abs(at.gear / largest) ** power}  # a share of the largest torque
+        return at.of_law("torque_saturation", f"power {power:g}", [unit], {"exponent": float(power)}, low=(0.0,), high=(most,),
+                         prior=likely, family=Family(bent, (power,), (1.5,), (0.5,), (8.0,)))  # fmt: skip
 
     def kinked(knee):
         begin = float(knee * largest)
-        column = at.motor_column(lambda s: np.sign(s.motor_Nm[j]) * np.maximum(np.abs(s.motor_Nm[j]) - begin, 0))
-        return Candidate("torque_saturation", at.name, f"beyond {begin:.3g} Nm", (column,),
-                         named("droop_1_Nm", exponent=0.0, begin_Nm=begin / abs(at.gear)), (0.0,),
-                         (most / (1 - knee),), family=Family(kinked, (knee,), (0.1,), (0.05,), (0.9,)))  # fmt: skip
+        shapes = {"exponent": 0.0, "begin_Nm": begin / abs(at.gear)}
+        return at.of_law("torque_saturation", f"beyond {begin:.3g} Nm", [{"droop_1_Nm": 1.0}], shapes, low=(0.0,),
+                         high=(most / (1 - knee),), family=Family(kinked, (knee,), (0.1,), (0.05,), (0.9,)))  # fmt: skip
 
     yield from map(bent, SATURATION_POWERS)
     if not at.evidence.load_sensor:
@@ -46,8 +44,6 @@ def torque_saturation(at):
 
 
 def current_offset(at):
-    column = at.motor_column(lambda s: np.ones(len(s.t_s)))
-    figures = lambda x: {"torque_Nm": float(x[0]) / at.gear}
     shape = "beside a sensor" if at.evidence.load_sensor else "constant"
 
     def prior(x):
@@ -55,7 +51,7 @@ def current_offset(at):
             return usual(abs(x[0]) / at.evidence.tree[at.name]["torque_constant_Nm_A"], *USUAL_OFFSET_A)
         return BESIDE_A_SENSOR if at.evidence.load_sensor else 1.0
 
-    yield Candidate("current_offset", at.name, shape, (column,), figures, prior=prior)
+    yield at.of_law("current_offset", shape, [{"torque_Nm": 1.0}], prior=prior)
 
 
 def sensor_effects(at):
@@ -66,8 +62,7 @@ def sensor_effects(at):
     gain = at.reading_column(lambda s: s.given_drive_Nm[j])
     # the reading is the load: the drive gives (1 + excess) of what its constant says
     yield Candidate("torque_constant", at.name, "scale", (gain,), named("excess"), (-0.6,), (1.5,))
-    yield Candidate("sensor_offset", at.name, "constant", (at.reading_column(lambda s: np.ones(len(s.t_s))),),
-                    named("offset_Nm"))  # fmt: skip
+    yield at.of_law("sensor_offset", "constant", [{"offset_Nm": 1.0}])
 
 
 def delay(at):
@@ -96,16 +91,6 @@ def delay(at):
                             named("delay_s", angles_too=1.0))  # fmt: skip
 
 
-def ripple_shown(scene, at, order, fades_Hz):
-    """The part of a ripple, `order` a turn of the motor, that the current shows: half of it at fades_Hz (0: all)."""
-    if not fades_Hz:
-        return 1.0
-    j = at.number
-    squared = scene.once(("turns squared", j), lambda: (abs(at.gear) * scene.v[j] * scene.ratio[j] / (2 * np.pi)) ** 2)
-    part = squared * (order / fades_Hz) ** 2
-    return 1 / (1 + part * part)
-
-
 def fades(at):
     """Frequencies at which half of a ripple shows; 0: all of it, whatever its frequency."""
     window = SHOWN_UP_TO * at.evidence.tracks[0].recording.score.lowpass_hz
@@ -115,57 +100,42 @@ def fades(at):
 def cogging(at):
     if at.evidence.velocity_only:
         return
-    j, made, most = at.number, {}, at.extent.motor_Nm[at.number]
+    most = at.extent.motor_Nm[at.number] / abs(at.gear)
+    ripple, overtone = ("sine_Nm", "cosine_Nm"), ("overtone_sine_Nm", "overtone_cosine_Nm")
 
-    def wave(order, function, fades_Hz):
-        if (order, function, fades_Hz) not in made:
-            law = lambda s: function(order * abs(at.gear) * s.motor_rad[j]) * ripple_shown(s, at, order, fades_Hz)
-            made[order, function, fades_Hz] = at.motor_column(law)
-        return made[order, function, fades_Hz]
-
-    def figures(order, fades_Hz):
-        names = ("sine_Nm", "cosine_Nm", "overtone_sine_Nm", "overtone_cosine_Nm")
-        gear = abs(at.gear), at.gear, abs(at.gear), at.gear  # of the motor's torque in the joint's
-        shape = {"per_turn": float(order), "fades_Hz": fades_Hz}
-        return lambda x: {**{n: float(v) / g for n, v, g in zip(names, x, gear)}, **shape}
+    def waves(order, fades_Hz):
+        """Columns of an order, of its own or as another's overtone."""
+        return [at.law("cogging", {name: 1.0}, {"per_turn": float(order), "fades_Hz": fades_Hz}) for name in ripple]
 
     for order, fades_Hz in ((k, f) for k in COGGING_ORDERS for f in fades(at) if k * at.motor_range > FEWEST_WAVES_RAD):
         name = f", fading at {fades_Hz:g} Hz" if fades_Hz else ""
-        one = tuple(wave(order, f, fades_Hz) for f in WAVES)
-        limits = lambda waves: ((-most,) * len(waves), (most,) * len(waves))
-        yield Candidate("cogging", at.name, f"{order} per turn{name}", one, figures(order, fades_Hz), *limits(one))
+        shapes = {"per_turn": float(order), "fades_Hz": fades_Hz}
+        one, two = waves(order, fades_Hz), waves(2 * order, fades_Hz)
+        make = lambda form, names, made, shapes=shapes: at.of_law(
+            "cogging", form, [{n: 1.0} for n in names], shapes, made=made, low=(-most,) * len(names), high=(most,) * len(names))
+        yield make(f"{order} per turn{name}", ripple, one)
         if order <= LAST_WITH_OVERTONE:
-            two = one + tuple(wave(2 * order, f, fades_Hz) for f in WAVES)
-            yield Candidate("cogging", at.name, f"{order} and {2 * order} per turn{name}", two, figures(order, fades_Hz),
-                            *limits(two))  # fmt: skip
+            yield make(f"{order} and {2 * order} per turn{name}", ripple + overtone, one + two)
 
 
 def kinematic_error(at):
     plant = at.evidence.model.plant
     if at.evidence.velocity_only or plant == "slider" or (plant == "leg" and at.name != "knee"):
         return
-    j = at.number
+
+    def ripple(form, of, shapes, made=None):
+        return at.of_law("kinematic_error", form, [{f"{wave}_{of}": 1.0} for wave in ("sine", "cosine")], shapes, made=made)
+
     for order in (k for k in (1, 2, 4) if k * at.motor_range > FEWEST_WAVES_RAD):
-        turns = order * abs(at.gear)
-        side = np.sign(at.gear)
         for fades_Hz in fades(at):
             name = f", fading at {fades_Hz:g} Hz" if fades_Hz else ""
-            ripple = tuple(at.joint_column(lambda s, f=f, k=turns, o=order, h=fades_Hz: f(k * s.motor_rad[j])
-                                           * ripple_shown(s, at, o, h)) for f in WAVES)  # fmt: skip
-            figures = lambda x, k=order, s=side, h=fades_Hz: {
-                "sine_Nm": s * float(x[0]), "cosine_Nm": float(x[1]), "per_turn": float(k), "fades_Hz": h}  # fmt: skip
-            yield Candidate("kinematic_error", at.name, f"torque, {order} per turn{name}", ripple, figures)
-        by_load = tuple(at.joint_column(lambda s, f=f, k=turns, o=order, h=fades(at)[-1]: s.link_Nm[j] * f(k * s.motor_rad[j])
-                                        * ripple_shown(s, at, o, h)) for f in WAVES)  # fmt: skip
-        shares = lambda x, k=order, s=side, h=fades(at)[-1]: {
-            "sine_Nm": 0.0, "cosine_Nm": 0.0, "sine_share": s * float(x[0]), "cosine_share": float(x[1]),
-            "per_turn": float(k), "fades_Hz": h}  # fmt: skip
-        yield Candidate("kinematic_error", at.name, f"share of the load, {order} per turn", by_load, shares)
+            yield ripple(f"torque, {order} per turn{name}", "Nm", {"per_turn": float(order), "fades_Hz": fades_Hz})
+        shapes = {"per_turn": float(order), "fades_Hz": fades(at)[-1]}
+        yield ripple(f"share of the load, {order} per turn", "share", shapes)
         if plant == "leg":
-            shape = {"per_turn": float(order), "fades_Hz": 0.0}
-            error = tuple(library_column("kinematic_error", j, k, shape) for k in (2, 3))
-            yield Candidate("kinematic_error", at.name, f"angle, {order} per turn", error,
-                            named("sine_rad", "cosine_rad", per_turn=float(order)))  # fmt: skip
+            exact = {"per_turn": float(order)}
+            error = [column_along("kinematic_error", at.number, name, exact) for name in ("sine_rad", "cosine_rad")]
+            yield ripple(f"angle, {order} per turn", "rad", exact, error)
 
 
 EFFECTS = (torque_saturation, current_offset, sensor_effects, delay, cogging, kinematic_error)

@@ -9,6 +9,7 @@ STRIBECK_SPEEDS_RAD_S = (0.02, 0.04, 0.07, 0.12, 0.2, 0.3, 0.45)
 VISCOUS_EXPONENTS = (0.33, 0.5, 0.7, 1.5, 2.0, 3.0)
 VISCOUS_KNEES = (0.1, 0.2, 0.4, 0.7)  # of the largest speed
 POSITION_WAVES = (0.5, 0.75, 1, 1.25, 1.5, 1.75, 2, 2.5, 3, 4, 5)  # half turns over half the range
+POSITION_POWERS = ("slope_Nm_rad", "bend_Nm_rad2", "cubic_Nm_rad3", "quartic_Nm_rad4")
 PRESLIDING_TRAVELS_RAD = (0.0007, 0.0015, 0.003, 0.006, 0.012, 0.024)
 USUAL_ASYMMETRY = (0.1, 0.4)  # of Coulomb friction
 CONSTANT_BY_FRICTION, CONSTANT_OF_A_SHARE = 0.4, 2.5
@@ -17,7 +18,6 @@ LARGEST_SHARE = 0.45  # of the load, lost in a gear in use
 LOAD_POWERS = (1.5, 2.0)
 OWN_COEFFICIENTS, OWN_WITHIN = (0.05, 0.07, 0.1, 0.14, 0.2, 0.28, 0.4), 1.2
 DRIFT_TIMES_S = (5, 10, 20, 40, 80, 200)
-TEMPERATURE_WINDOW_S = 2.0  # a gear's temperature changes slower, its sensor's noise faster
 
 
 def stribeck(at):
@@ -26,10 +26,9 @@ def stribeck(at):
     speeds = [x * speed for x in (0.02, 0.05, 0.1)] if slider else STRIBECK_SPEEDS_RAD_S
 
     def falling(width, power):
-        law = lambda s: s.slip[j] * np.exp(-np.abs(s.v[j] / width) ** power)
-        return Candidate("stribeck", at.name, f"power {power:g}, {width:.3g} rad/s", (at.joint_column(law),),
-                         named("extra_Nm", speed_rad_s=float(width), exponent=power), (0.02 * at.coulomb_Nm,),
-                         (1.5 * at.coulomb_Nm,), family=Family(falling, (width, power), (1.5, 0.5),
+        return at.of_law("stribeck", f"power {power:g}, {width:.3g} rad/s", [{"extra_Nm": 1.0}],
+                         {"speed_rad_s": float(width), "exponent": power}, low=(0.02 * at.coulomb_Nm,),
+                         high=(1.5 * at.coulomb_Nm,), family=Family(falling, (width, power), (1.5, 0.5),
                          (speeds[0] / 2, 0.5), (0.25 * speed, 2.0)))  # fmt: skip
 
     for power in (1.0, 2.0):
@@ -39,62 +38,59 @@ def stribeck(at):
 
 
 def _loads(at):
-    """Readings of `the torque that the gear carries` that the literature has: name, law, and shares of the rotor and of
-    friction in it."""
-    j = at.number
-    rotor = 0.0 if at.evidence.leg and j == 1 else 1.0  # the others have no rotor of their own
-    yield "link", lambda s: s.link_Nm[j], {"rotor_share": rotor, "friction_share": 0.0}
+    """Readings of `the torque that the gear carries` that the literature has: name, and shares of the rotor and of friction
+    in it."""
+    rotor = 0.0 if at.evidence.leg and at.number == 1 else 1.0  # the others have no rotor of their own
+    yield "link", {"rotor_share": rotor, "friction_share": 0.0}
     if at.evidence.load_sensor:  # the gear carries what the drive gives
         return
     if rotor == 0.0:
-        yield "link and rotor", lambda s: s.link_Nm[j] + s.rotor_Nm[j], {"rotor_share": 1.0, "friction_share": 0.0}
-    yield "all", lambda s: s.joint_Nm[j], {"rotor_share": 1.0, "friction_share": 1.0}
+        yield "link and rotor", {"rotor_share": 1.0, "friction_share": 0.0}
+    yield "all", {"rotor_share": 1.0, "friction_share": 1.0}
 
 
 def load_friction(at):
-    j = at.number
     if not at.carries_both_ways:
         return
-    for name, load, shares in _loads(at):
-        column = at.joint_column(lambda s, f=load: s.slip[j] * np.abs(f(s)))
-        yield Candidate("load_friction", at.name, name, (column,), named("coefficient", **shares), (0.0,), (LARGEST_SHARE,))
+    within = {"low": (0.0,), "high": (LARGEST_SHARE,)}
+    for name, shares in _loads(at):
+        yield at.of_law("load_friction", name, [{"coefficient": 1.0}], shares, **within)
+        scale = _largest_load(at, shares)
         for power in LOAD_POWERS:
-            scale = float(max(np.quantile(np.abs(load(s)), 0.98) for s in at.scenes)) + 1e-12
-            law = lambda s, f=load, p=power, x=scale: s.slip[j] * np.abs(f(s)) * np.abs(f(s) / x) ** (p - 1)
-            yield Candidate("load_friction", at.name, f"{name}, power {power:g}", (at.joint_column(law),),
-                            named("coefficient", exponent=power, scale_Nm=scale, **shares), (0.0,), (LARGEST_SHARE,))  # fmt: skip
+            shapes = {"exponent": power, "scale_Nm": scale, **shares}
+            yield at.of_law("load_friction", f"{name}, power {power:g}", [{"coefficient": 1.0}], shapes, **within)
     for own in () if at.evidence.load_sensor else OWN_COEFFICIENTS:
         yield _of_the_motors_torque(at, own)
+
+
+def _largest_load(at, shares):
+    """But for extremes, over all recordings."""
+    def load(now):
+        return now["load_Nm"] - (1 - shares["rotor_share"]) * now["rotor_Nm"] + shares["friction_share"] * now["friction_Nm"]
+
+    return float(max(np.quantile(np.abs(load(s.instants(at.number))), 0.98) for s in at.scenes)) + 1e-12
 
 
 def _of_the_motors_torque(at, own):
     """Friction that the motor's torque makes carries itself: T = X + c |T| slip, solved for T with the coefficient `own`, of
     which the strength found must come near."""
-    j = at.number
-    column = at.joint_column(lambda s: (s.slip[j] * np.abs(s.joint_Nm[j]) + own * s.joint_Nm[j]) / (1 - own**2))
     shapes = {"rotor_share": 1.0, "friction_share": 1.0, "own_coefficient": float(own)}
     make = lambda own: _of_the_motors_torque(at, own)
-    return Candidate("load_friction", at.name, f"the motor's, {own:g}", (column,), named("coefficient", **shapes),
-                     (own / OWN_WITHIN,), (own * OWN_WITHIN,), family=Family(make, (own,), (1.3,), (0.03,), (0.5,)))  # fmt: skip
+    return at.of_law("load_friction", f"the motor's, {own:g}", [{"coefficient": 1.0}], shapes, low=(own / OWN_WITHIN,),
+                     high=(own * OWN_WITHIN,), family=Family(make, (own,), (1.3,), (0.03,), (0.5,)))  # fmt: skip
 
 
 def directional_efficiency(at):
-    j = at.number
     if not at.carries_both_ways:
         return
-    for name, load, shares in _loads(at):
-        driving = at.joint_column(lambda s, f=load: s.slip[j] * np.abs(f(s)) * (f(s) * s.slip[j] > 0))
-        driven = at.joint_column(lambda s, f=load: s.slip[j] * np.abs(f(s)) * ~(f(s) * s.slip[j] > 0))
-        yield Candidate("directional_efficiency", at.name, name, (driving, driven),
-                        named("driving", "back_driving", **shares), (0.0, 0.0), (0.6, 0.6))  # fmt: skip
+    for name, shares in _loads(at):
+        yield at.of_law("directional_efficiency", name, [{"driving": 1.0}, {"back_driving": 1.0}], shares, low=(0.0, 0.0),
+                        high=(0.6, 0.6))  # fmt: skip
 
 
 def asymmetric_friction(at):
-    j = at.number
-    viscous = at.joint_column(lambda s: np.abs(s.v[j]) * np.abs(s.slip[j]))
-    dry = at.joint_column(lambda s: s.slip[j] ** 2)
-    both = named("coulomb_Nm", "viscous_Nms_rad")
-    hardly_grows = lambda dry, viscous: abs(viscous) * at.extent.speed[j] < HARDLY_GROWS * abs(dry)
+    dry, viscous, j = {"coulomb_Nm": 1.0}, {"viscous_Nms_rad": 1.0}, at.number
+    hardly_grows = lambda constant, slope: abs(slope) * at.extent.speed[j] < HARDLY_GROWS * abs(constant)
 
     def constant(size):
         """A constant torque is a current's zero more often than friction's: of asymmetries a third do not grow with speed,
@@ -104,11 +100,9 @@ def asymmetric_friction(at):
         share = abs(size) / at.coulomb_Nm
         return usual(share, *USUAL_ASYMMETRY) * min(CONSTANT_OF_A_SHARE * share, 1.0)
 
-    yield Candidate("asymmetric_friction", at.name, "viscous", (viscous,),
-                    named("viscous_Nms_rad", coulomb_Nm=0.0))  # fmt: skip
-    yield Candidate("asymmetric_friction", at.name, "Coulomb", (dry,), named("coulomb_Nm", viscous_Nms_rad=0.0),
-                    prior=lambda x: constant(x[0]))  # fmt: skip
-    yield Candidate("asymmetric_friction", at.name, "both", (dry, viscous), both,
+    yield at.of_law("asymmetric_friction", "viscous", [viscous])
+    yield at.of_law("asymmetric_friction", "Coulomb", [dry], prior=lambda x: constant(x[0]))
+    yield at.of_law("asymmetric_friction", "both", [dry, viscous],
                     prior=lambda x: constant(x[0]) if hardly_grows(*x) else 1.0)  # fmt: skip
 
 
@@ -116,16 +110,14 @@ def nonlinear_viscous(at):
     j, speed = at.number, at.extent.speed[at.number]
 
     def bent(power):
-        column = at.joint_column(lambda s: s.slip[j] * np.abs(s.v[j]) ** power)
         # below 1 a negative strength would be friction that falls with speed: stribeck's
         low, limits = ((0.0,), ((0.2,), (0.85,))) if power < 1 else (None, ((1.2,), (3.0,)))
-        return Candidate("nonlinear_viscous", at.name, f"power {power:g}", (column,), named("size_Nm", exponent=power), low,
+        return at.of_law("nonlinear_viscous", f"power {power:g}", [{"size_Nm": 1.0}], {"exponent": power}, low=low,
                          family=Family(bent, (power,), (1.3,), *limits))  # fmt: skip
 
     def saturating(width):
-        column = at.joint_column(lambda s: np.tanh(s.v[j] / width))
-        return Candidate("nonlinear_viscous", at.name, f"saturating at {width:.3g} rad/s", (column,),
-                         named("size_Nm", exponent=1.0, saturation_rad_s=width), (0.0,),
+        return at.of_law("nonlinear_viscous", f"saturating at {width:.3g} rad/s", [{"size_Nm": 1.0}],
+                         {"exponent": 1.0, "saturation_rad_s": width}, low=(0.0,),
                          family=Family(saturating, (width,), (1.5,), (0.05 * speed,), (1.5 * speed,)))  # fmt: skip
 
     yield from map(bent, VISCOUS_EXPONENTS)
@@ -136,27 +128,19 @@ def position_friction(at):
     if at.evidence.velocity_only or not at.travels:
         return
     j, middle, half = at.number, at.extent.middle[at.number], at.extent.half_range[at.number]
-    unit = lambda s: (s.q[j] - middle) / half
-    line = at.joint_column(lambda s: s.slip[j] * s.q[j])
-    bend = at.joint_column(lambda s: s.slip[j] * s.q[j] ** 2)
-    powers = [at.joint_column(lambda s, p=p: s.slip[j] * unit(s) ** p) for p in (1, 2, 3, 4)]
-    make = lambda shape, columns, names: Candidate("position_friction", at.name, shape, tuple(columns), names)
     about = {"middle_rad": float(middle)}
     ends = {**about, "range_rad": float(max(np.abs(s.q[j] - middle).max() for s in at.scenes))}
-
-    def unscaled(*orders):  # columns are in units of half the range
-        names = ("slope_Nm_rad", "bend_Nm_rad2", "cubic_Nm_rad3", "quartic_Nm_rad4")
-        return lambda x: {**{names[p - 1]: float(v / half**p) for p, v in zip(orders, x)}, **ends}
-
-    yield make("line", [line], named("slope_Nm_rad", bend_Nm_rad2=0.0))
-    yield make("parabola", [line, bend], named("slope_Nm_rad", "bend_Nm_rad2"))
-    yield make("parabola about the middle", powers[1:2], unscaled(2))
-    yield make("polynomial", powers, unscaled(1, 2, 3, 4))
+    # about the middle in units of half the range
+    powers = [{name: float(half**-p)} for p, name in enumerate(POSITION_POWERS, 1)]
+    make = lambda form, columns, shapes=None: at.of_law("position_friction", form, columns, shapes)
+    yield make("line", [{"slope_Nm_rad": 1.0}])
+    yield make("parabola", [{"slope_Nm_rad": 1.0}, {"bend_Nm_rad2": 1.0}])
+    yield make("parabola about the middle", powers[1:2], ends)
+    yield make("polynomial", powers, ends)
 
     def wave(order):
-        waves = [at.joint_column(lambda s, f=f: s.slip[j] * f(order * (s.q[j] - middle))) for f in (np.sin, np.cos)]
-        return Candidate("position_friction", at.name, f"wave of {order:.3g} per rad", tuple(waves),
-                         named("sine_Nm", "cosine_Nm", **about, wave_1_rad=float(order)),
+        return at.of_law("position_friction", f"wave of {order:.3g} per rad", [{"sine_Nm": 1.0}, {"cosine_Nm": 1.0}],
+                         {**about, "wave_1_rad": float(order)},
                          family=Family(wave, (order,), (1.15,), (1.0 / half,), (20.0 / half,)))  # fmt: skip
 
     for k in POSITION_WAVES:
@@ -183,13 +167,6 @@ def presliding(at):
         yield dahls(travel, power)
 
 
-def slow(values, step_s):
-    """Moving average over TEMPERATURE_WINDOW_S."""
-    n = max(1, int(TEMPERATURE_WINDOW_S / step_s))
-    padded = np.pad(values, (n // 2, n - 1 - n // 2), mode="edge")
-    return np.convolve(padded, np.ones(n) / n, "valid")
-
-
 def _over_session(scenes):
     """Changes from 0 to 1 over all recordings, taken one after the other in the order given: (name, function)."""
     if len(scenes) < 2:
@@ -204,48 +181,36 @@ def _over_session(scenes):
 def friction_drift(at):
     """Strengths are shares of the friction at the scenes' parameters; the model file has them in torques. What changes does
     so from the begin, so that the base parameters are the friction there, which is positive."""
-    j, dry, viscous = at.number, float(at.scenes[0].coulomb_Nm[at.number]), float(at.scenes[0].viscous[at.number])
-    friction = lambda s: dry * s.slip[j] + viscous * s.v[j]
-    make = lambda shape, column, names, saved, family=None: Candidate(
-        "friction_drift", at.name, shape, (column,), names, saved=saved, family=family)  # fmt: skip
+    j = at.number
+    dry, viscous = float(at.scenes[0].coulomb_Nm[j]), float(at.scenes[0].viscous[j])
+    of_all, of_dry = {"coulomb_Nm": dry, "viscous_Nms_rad": viscous}, {"coulomb_Nm": dry}
+    make = lambda form, amounts, shapes, name, **more: at.of_law(
+        "friction_drift", form, [amounts], shapes, parameters=named(name), **more)  # fmt: skip
 
-    def all_of_it(constant):
-        column = at.joint_column(lambda s: friction(s) * (1 - np.exp(-(s.t_s - s.t_s[0]) / constant)))
-        saved = lambda x: {"coulomb_Nm": x[0] * dry, "viscous_Nms_rad": x[0] * viscous, **shapes}
-        shapes = {"time_constant_s": float(constant)}
-        return make(f"all, {constant:g} s", column, named("share_at_end", **shapes), saved,
-                    Family(all_of_it, (constant,), (1.5,), (2.0,), (1000.0,)))  # fmt: skip
+    def timed(form, amounts, name):
+        def one(constant):
+            shapes = {"time_constant_s": float(constant)}
+            return at.of_law("friction_drift", f"{form}, {constant:g} s", [amounts], shapes, parameters=named(name, **shapes),
+                             family=Family(one, (constant,), (1.5,), (2.0,), (1000.0,)))  # fmt: skip
+        return one
 
-    def coulombs(constant):
-        column = at.joint_column(lambda s: dry * s.slip[j] * (1 - np.exp(-(s.t_s - s.t_s[0]) / constant)))
-        shapes = {"time_constant_s": float(constant)}
-        return make(f"Coulomb, {constant:g} s", column, named("coulomb_share_at_end", **shapes),
-                    lambda x: {"coulomb_Nm": x[0] * dry, **shapes},
-                    Family(coulombs, (constant,), (1.5,), (2.0,), (1000.0,)))  # fmt: skip
-
+    of_time = timed("all", of_all, "share_at_end"), timed("Coulomb", of_dry, "coulomb_share_at_end")
     for constant in DRIFT_TIMES_S:
-        yield all_of_it(constant)
-        yield coulombs(constant)
+        yield from (one(constant) for one in of_time)
+    warm = {"time_constant_s": 1.0}  # a later recording finds what the last one ended with
     for name, fade in _over_session(at.scenes):
-        whole = at.joint_column(lambda s, f=fade: friction(s) * f(s))
-        coulomb = at.joint_column(lambda s, f=fade: dry * s.slip[j] * f(s))
-        warm = {"time_constant_s": 1.0}  # a later recording finds what the last one ended with
-        yield make(f"all, {name}", whole, named("share_at_end"),
-                   lambda x, w=warm: {"coulomb_Nm": x[0] * dry, "viscous_Nms_rad": x[0] * viscous, **w})
-        yield make(f"Coulomb, {name}", coulomb, named("coulomb_share_at_end"),
-                   lambda x, w=warm: {"coulomb_Nm": x[0] * dry, **w})  # fmt: skip
+        friction = lambda s, f=fade: (dry * s.slip[j] + viscous * s.v[j]) * f(s)
+        coulomb = lambda s, f=fade: dry * s.slip[j] * f(s)
+        yield make(f"all, {name}", of_all, warm, "share_at_end", made=[at.joint_column(friction)])
+        yield make(f"Coulomb, {name}", of_dry, warm, "coulomb_share_at_end", made=[at.joint_column(coulomb)])
     sensor = f"{at.name}_temp_C"
     if all(sensor in s.columns for s in at.scenes):
         middle = float(np.mean([np.mean(s.columns[sensor]) for s in at.scenes]))
-        warm = lambda s: (slow(s.columns[sensor], s.step_s) - middle) / 10
         shapes = {"time_constant_s": 60.0, "middle_C": middle}  # the time does not count here
-        yield make("temperature", at.joint_column(lambda s: friction(s) * warm(s)), named("share_per_10_C"),
-                   lambda x: {"coulomb_Nm_10K": x[0] * dry, "viscous_Nms_rad_10K": x[0] * viscous, **shapes})
-        coulomb = at.joint_column(lambda s: dry * s.slip[j] * warm(s))
-        yield make("Coulomb, temperature", coulomb, named("coulomb_share_per_10_C"),
-                   lambda x: {"coulomb_Nm_10K": x[0] * dry, **shapes})  # fmt: skip
-        yield make("viscous, temperature", at.joint_column(lambda s: s.v[j] * warm(s)), named("viscous_Nms_rad_per_10_C"),
-                   lambda x: {"viscous_Nms_rad_10K": x[0], **shapes})  # fmt: skip
+        by_temperature = lambda amounts: {f"{name}_10K": amount for name, amount in amounts.items()}
+        yield make("temperature", by_temperature(of_all), shapes, "share_per_10_C")
+        yield make("Coulomb, temperature", by_temperature(of_dry), shapes, "coulomb_share_per_10_C")
+        yield make("viscous, temperature", {"viscous_Nms_rad_10K": 1.0}, shapes, "viscous_Nms_rad_per_10_C")
 
 
 EFFECTS = (stribeck, load_friction, directional_efficiency, asymmetric_friction, nonlinear_viscous, position_friction,

@@ -4,7 +4,8 @@ import numpy as np
 
 from ..linkage import ScrewLinkage
 from ..loops import second_order
-from .candidate import Candidate, Family, library_column, named, usual
+from .candidate import Candidate, Family, named, usual
+from .law import column_along, law_column
 
 JOINT_ENCODER_ORDERS = (*range(1, 33), 36, 40, 48, 64)
 BASE_HZ = (2.5, 2.75, 3, 3.25, 3.5, 3.75, 4, 4.25, 4.5, 4.75, 5, 5.25, 5.5, 6, 6.5, 7, 7.5, 8, 9, 10, 11, 12, 13.5, 15)
@@ -23,10 +24,9 @@ def encoder_eccentricity(evidence, scenes):
             names = named("joint_sine_rad", "joint_cosine_rad", joint_per_turn=float(order))
             yield Candidate("encoder_eccentricity", "ankle", f"joint encoder, {order} per turn", columns, names)
     for order in (1, 2):
-        shapes = {"motor_per_turn": float(order), "joint_per_turn": 1.0}
-        columns = tuple(library_column("encoder_eccentricity", ANKLE, k, shapes) for k in range(2))
-        yield Candidate("encoder_eccentricity", "ankle", f"motor encoder, {order} per turn", columns,
-                        named("motor_sine_rad", "motor_cosine_rad", motor_per_turn=float(order)))  # fmt: skip
+        shapes, names = {"motor_per_turn": float(order)}, ("motor_sine_rad", "motor_cosine_rad")
+        columns = tuple(column_along("encoder_eccentricity", ANKLE, name, shapes) for name in names)
+        yield Candidate("encoder_eccentricity", "ankle", f"motor encoder, {order} per turn", columns, named(*names, **shapes))
 
 
 def _linkage_column(name):
@@ -64,9 +64,7 @@ def linkage_error(evidence, scenes):
 
 
 def gravity_tilt(evidence, scenes):
-    def column(scene):
-        return {f"T{j}": scene.track.operate(scene.tilt_Nm()[j] / scene.ratio[j], j) for j in range(2)}
-
+    column = law_column("gravity_tilt", (0, 1), {"tilt_rad": 1.0}, {})
     yield Candidate("gravity_tilt", "base", "tilt", (column,), named("tilt_rad"), (-0.2,), (0.2,),
                     prior=lambda x: usual(abs(x[0]), *USUAL_TILT_RAD))  # fmt: skip
 

@@ -3,7 +3,8 @@
 import numpy as np
 
 from ..loops import LARGEST_STEP, MOST_STEPS, LinkShape, link_behind
-from .candidate import Candidate, Family, library_column, named, usual
+from .candidate import Candidate, Family, named, usual
+from .law import column_along
 
 STIFFNESSES_NM_RAD = (200, 400, 800, 1500, 3000, 6000, 12000)
 GAPS_RAD = (0.0007, 0.0015, 0.003, 0.005, 0.008, 0.012)
@@ -36,14 +37,10 @@ def parallel_spring(at):
     if at.evidence.velocity_only or at.evidence.load_sensor or not at.travels:
         return
     j, middle, half = at.number, at.extent.middle[at.number], at.extent.half_range[at.number]
-    power = [at.joint_column(lambda s, p=p: s.q[j] ** p) for p in range(4)]
     names = ("preload_Nm", "stiffness_Nm_rad", "bend_Nm_rad2", "stiffening_Nm_rad3")
 
-    def make(shape, powers, low=None):
-        figures = named(*(names[p] for p in powers))
-        zero = {names[p]: 0.0 for p in (0, 1, 3)}
-        return Candidate("parallel_spring", at.name, shape, tuple(power[p] for p in powers),
-                         lambda x: {**zero, **figures(x)}, low, prior=lambda x: likely(powers, x))  # fmt: skip
+    def make(form, powers, low=None):
+        return at.of_law("parallel_spring", form, [{names[p]: 1.0} for p in powers], low=low, prior=lambda x: likely(powers, x))
 
     def likely(powers, strengths):
         """By the mean stiffness over the range."""
@@ -61,10 +58,8 @@ def parallel_spring(at):
         yield make("line and preload", (1, 0))
     for side in (-1, 1):
         for begin in BUMPER_BEGINS:
-            law = lambda s, d=side, b=begin: d * np.maximum(d * (s.q[j] - middle) - b * half, 0.0)
-            yield Candidate("parallel_spring", at.name, f"bumper at {side * begin:g}", (at.joint_column(law),),
-                            named("bumper_Nm_rad", bumper_rad=float(middle + side * begin * half), bumper_side=float(side)),
-                            (0.0,))  # fmt: skip
+            shapes = {"bumper_rad": float(middle + side * begin * half), "bumper_side": float(side)}
+            yield at.of_law("parallel_spring", f"bumper at {side * begin:g}", [{"bumper_Nm_rad": 1.0}], shapes, low=(0.0,))
 
 
 def _motor_shares(at):
@@ -163,16 +158,14 @@ def elasticity(at):
         yield from _bent(at, soft)
 
     # stiff: twist = load over stiffness, by the link's torque and, apart, by friction; the soft form takes no part
-    soft_form = {"stiffness_Nm_rad": 1000.0, "damping_s": 0.001, "friction_share": 0.0, "viscous_share": 0.0,
-                 "motor_share": MOTOR_SHARE, "soft_rad": 0.0, "soft_share": 1.0, "hardening_Nm_rad3": 0.0}  # fmt: skip
-    link, friction = (library_column("elasticity", j, k, soft_form) for k in (1, 2))
-    rest = {"share": 0.0, "stiffness_Nm_rad": 1000.0, "damping_s": 0.001}
+    shapes = {"stiffness_Nm_rad": 1000.0, "damping_s": 0.001}
     names = ("compliance_rad_Nm", "friction_compliance_rad_Nm")
+    columns = [column_along("elasticity", j, name, shapes) for name in names]
     stiffest = 1 / STIFFEST_NM_RAD if at.evidence.leg else 0.0
-    yield Candidate("elasticity", at.name, "stiff", (link,), named(names[0]), (stiffest,), (0.01,),
-                    saved=named(names[0], **rest))  # fmt: skip
-    yield Candidate("elasticity", at.name, "stiff, friction apart", (link, friction), named(*names), (stiffest, 0.0),
-                    (0.01, 0.01), saved=named(*names, **rest))  # fmt: skip
+    for form, count in (("stiff", 1), ("stiff, friction apart", 2)):
+        own = names[:count]
+        yield at.of_law("elasticity", form, [{name: 1.0} for name in own], shapes, made=columns[:count], parameters=named(*own),
+                        low=(stiffest, 0.0)[:count], high=(0.01,) * count)  # fmt: skip
 
 
 def _bent(at, soft):
