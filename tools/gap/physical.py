@@ -5,7 +5,8 @@ from scipy.optimize import least_squares
 
 from talus import ffi, lib
 
-NEWTON_STEPS = 20
+MOST_NEWTON_STEPS = 20
+CONVERGED = 1e-9
 STEP = 1e-6
 PRIOR_CHI2 = 0.01  # of a parameter as far from its prior as that is large: decides only what the data leave open
 SEEN = 1e-9  # of the largest slope: a parameter that moves less is not seen
@@ -42,10 +43,12 @@ def physical(model, base):
     near."""
     parameters, size = Parameters(model), np.maximum(np.abs(base), 1e-9)
     u = np.zeros(len(parameters.start))
-    for _ in range(NEWTON_STEPS):
-        now, slope = parameters.base(u), parameters.slope(u)
+    for _ in range(MOST_NEWTON_STEPS):
+        before, now, slope = u, parameters.base(u), parameters.slope(u)
         # the smallest u that meets the linearised equations, not the smallest step
         u = np.linalg.lstsq(slope / size[:, None], (base - now + slope @ u) / size, rcond=1e-12)[0]
+        if np.max(np.abs(u - before)) < CONVERGED:
+            break
     close = np.allclose(parameters.base(u), base, rtol=1e-6, atol=1e-9)
     return parameters.values(u) if close and np.all(np.isfinite(u)) else None
 
