@@ -79,3 +79,34 @@ def test_the_zero_of_a_sensor_is_told_with_its_size(tmp_path):
     found, _ = diagnose("embir", "embir_stall_27_04_2021_16-59-45", tmp_path)
     (why,) = (one["why"] for one in found["not_observable"] if one["effect"] == "sensor_offset")
     assert float(why.rpartition(" to ")[2]) == pytest.approx(0.044, rel=0.2)
+
+
+def part_of(recording, begin, end, path):
+    """Rows of a recording from one share of it to another."""
+    lines = recording.read_text(encoding="utf-8").splitlines(True)
+    words = [line for line in lines if line.startswith("#")]
+    header, *every = lines[len(words):]
+    path.write_text("".join([*words, header, *every[int(begin * len(every)):int(end * len(every))]]), encoding="utf-8")
+    return path
+
+
+PARTS = [(0.0, 0.6), (0.4, 1.0), (0.2, 0.8)]
+OF_PARTS = {"emps/emps_identification": {"asymmetric_friction"}, "ur10e/ur10e_joint_1": {"nonlinear_viscous"},
+            "ur10e/ur10e_joint_4": {"unknown", "none"}, "ur10e/ur10e_joint_5": {"unknown", "none"},
+            "ak80/ak80_A_comp_full": {"torque_constant"}, "ak80/ak80_ripple_8": {"cogging"},
+            "embir/embir_stall_12_05_2021_11-32-30": {"unknown", "torque_constant", "torque_saturation"}}  # fmt: skip
+
+
+@needs_data
+@pytest.mark.parametrize("part", PARTS, ids=lambda part: "-".join(f"{100 * x:g}" for x in part))
+@pytest.mark.parametrize("recording", OF_PARTS)
+def test_a_part_of_a_recording_invents_no_other_cause(recording, part, tmp_path):
+    """What a recording shows, or does not show, its parts do not contradict: less of it may only be less sure."""
+    folder, name = recording.split("/")
+    model_of(folder, name, tmp_path / "m.yaml")
+    log = part_of(data(f"{FOLDERS[folder]}/{name}.csv"), *part, tmp_path / "part.csv")
+    run("talus-gap", "--quiet", "--model", tmp_path / "m.yaml", "--report", tmp_path / "gap.json", log)
+    found = json.loads((tmp_path / "gap.json").read_text())
+    assert found["verdict"]["effect"] in OF_PARTS[recording]
+    if found["verdict"]["effect"] in ("unknown", "none"):
+        assert found["effects"] == []

@@ -10,6 +10,8 @@ UNKNOWN_SHARE = 0.30  # of the excess: left open, and the cause counts as unknow
 UNKNOWN_SHARE_OF_ONE_LAW = 0.03  # of an effect that stands alone and has no other form
 ONE_LAW = ("asymmetric_friction", "current_offset", "gravity_tilt")
 UNKNOWN_SHARE_OF_ONE_JOINT = 0.65  # one joint alone is a machine's, and those leave more than twins
+LEFT_OF_ONE_JOINT = 0.82  # of its whole error, noise and all: what takes less away is one of many small causes, not the cause
+LEFT_WIDTH = 0.03  # of the logarithm
 NOTHING_FACTOR = 2.5  # of the tolerated excess: without any effect, none and unknown are equally likely
 LOGIT_WIDTH = 0.35  # of the logarithm
 TEMPER = 50.0  # chi-square by which equally good shapes of different effects differ anyhow
@@ -90,6 +92,15 @@ def still_open(search, fit, most):
     return after / before
 
 
+def left_of_the_whole(search, fit):
+    """Probability by what is left of the whole error: a machine's model errs a little for many reasons at once, and some
+    effect takes up a part of them. Twins have the one gap that they were given."""
+    if search.evidence.joints > 1:
+        return 0.0
+    left = 0.5 * math.log((fit.excess + search.freedom) / (search.plain.excess + search.freedom))
+    return logistic((left - math.log(LEFT_OF_ONE_JOINT)) / LEFT_WIDTH)
+
+
 def temper_of(search, left, before):
     """By how much chi-square differs between forms that are equally good: the more is left, the more."""
     leg = search.evidence.joints > 1
@@ -153,6 +164,8 @@ def judge(search, fit):
     most = most_open(search, fit)
     open_share = still_open(search, fit, most)
     unknown = logistic((math.log(max(open_share, 1e-4)) - math.log(most)) / LOGIT_WIDTH)
+    little = left_of_the_whole(search, fit)
+    unknown = max(unknown, little)
     odds, others = Odds(search, fit), rivals(search, fit)
     weight = [other.chosen[-1].weight(other.strengths[-1]) * odds.of(other) for other in others]
     total = float(np.sum(weight))
@@ -160,7 +173,8 @@ def judge(search, fit):
     probabilities = [(w / total * (1 - unknown) * (1 - nothing), *o.chosen[-1].key) for w, o in zip(weight, others)]
     no_cause = [(unknown * (1 - nothing), "unknown", "none"), (nothing, "none", "none")]
     verdict = Verdict([*probabilities, *no_cause], fit, open_share)
-    if verdict.effect == "none" or (verdict.effect == "unknown" and open_share > MOST_OPEN_OF_A_PART):
+    imitates = open_share > MOST_OPEN_OF_A_PART or little > 0.5
+    if verdict.effect == "none" or (verdict.effect == "unknown" and imitates):
         verdict.fit = search.plain
         return verdict
     named = (verdict.effect, verdict.joint)

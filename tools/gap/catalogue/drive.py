@@ -68,7 +68,7 @@ def sensor_effects(at):
 def delay(at):
     """A current that is later than the angles; beside a sensor at the output, where the current is known and a late one tells
     of an earlier instant, also both later than the sensor."""
-    j = at.number
+    j, limits = at.number, ((min(DELAYS_S),), (max(DELAYS_S),))
 
     def column(shift_s, of):
         def later(piece, step_s):
@@ -85,10 +85,10 @@ def delay(at):
 
     for shift_s in DELAYS_S:
         near = f"near {1e3 * shift_s:g} ms"
-        yield Candidate("delay", at.name, near, (column(shift_s, current),), named("delay_s"))
+        yield Candidate("delay", at.name, near, (column(shift_s, current),), named("delay_s"), *limits)
         if at.evidence.load_sensor:
             yield Candidate("delay", at.name, f"{near}, angles too", (column(shift_s, reading),),
-                            named("delay_s", angles_too=1.0))  # fmt: skip
+                            named("delay_s", angles_too=1.0), *limits)  # fmt: skip
 
 
 def fades(at):

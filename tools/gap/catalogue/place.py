@@ -14,6 +14,7 @@ LEAST_HALF_RANGE_RAD = 0.05
 TWIST_BELOW_RAD = math.pi  # half the range: beyond, a joint has turned, whatever its torque
 LEFT_BY_TWIST = 0.2  # of the angle's variance, that a held joint's torque does not explain
 TWIST_POWERS = 3
+WITHIN = (0.02, 0.98)  # quantiles of an angle, beyond which are its extremes
 LEAST_WAY = 0.05  # of the squared load, that must be driven, and as much that must drive
 
 
@@ -51,7 +52,7 @@ class Place:
         """Range of the motor's angle over all recordings but for its extremes [rad]; 0 where only its torque twists it."""
         if self.is_held:
             return 0.0
-        ends = [np.quantile(scene.motor_rad[self.number][scene.track.inside], (0.02, 0.98)) for scene in self.scenes]
+        ends = [np.quantile(scene.motor_rad[self.number][scene.track.inside], WITHIN) for scene in self.scenes]
         return abs(self.gear) * (max(high for _, high in ends) - min(low for low, _ in ends))
 
     @property
@@ -82,6 +83,9 @@ class Place:
         left = whole = 0.0
         for scene in self.scenes:
             q, drive = scene.q[j][scene.track.inside], scene.drive_Nm[j][scene.track.inside]
+            low, high = np.quantile(q, WITHIN)  # but for extremes: a shaft may be let go at the begin or the end
+            kept = (q >= low) & (q <= high)
+            q, drive = q[kept], drive[kept]
             powers = (drive / (np.abs(drive).max() + 1e-12))[:, None] ** np.arange(TWIST_POWERS + 1)
             twist = powers @ np.linalg.lstsq(powers, q, rcond=None)[0]
             left, whole = left + np.sum((q - twist) ** 2), whole + np.sum((q - q.mean()) ** 2)
