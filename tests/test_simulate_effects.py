@@ -434,7 +434,7 @@ def test_a_mount_rings_at_its_frequency_with_the_leg_at_rest(hz, ratio):
     m, compliance = leg(), 5e-4
     for drive in m.drive:
         drive.coulomb_Nm = 1e3  # both joints stick
-    s, _keep = begin(m, [0.0, 0.0], [0.0, 0.0], ("base_compliance", BASE, compliance, 0.0, hz, ratio))
+    s, _keep = begin(m, [0.0, 0.0], [0.0, 0.0], ("base_compliance", BASE, compliance, 0.0, 0.0, hz, ratio))
     s.beyond.begun, s.beyond.q[BASE] = 1, 1e-3
     t, x = np.arange(1, 2001) * 5e-4, []
     for until in t:

@@ -1,4 +1,4 @@
-/* base_compliance.c: a mount that turns under the knee's torque, or sways under the leg's horizontal force */
+/* base_compliance.c: a mount that turns under the knee's torque, or sways or rises under the leg's forces */
 #include "along.h"
 
 #include <string.h>
@@ -7,8 +7,8 @@
 
 static void change(const double *value, tl_effect_change *to) {
   to->base_compliance_rad_Nm += value[0];
-  to->base_hz = value[2];
-  to->base_share = value[3];
+  to->base_hz = value[3];
+  to->base_share = value[4];
 }
 
 /* moments of shank and foot [kg m], each times the sine and the cosine of its absolute angle */
@@ -32,11 +32,13 @@ static moments moments_at(const tl_effect_stretch *s, const tl_model *weightless
   return m;
 }
 
-/* of both links' inertia on the mount, to the front */
-static double horizontal_force(const tl_effect_stretch *s, const moments *m, size_t i) {
+/* of both links' inertia on the mount, to the front or (`up`) upwards */
+static double force_on_mount(const tl_effect_stretch *s, const moments *m, int up, size_t i) {
   double v = s->v[0][i], foot_v = v + s->v[1][i], a = s->a[0][i], foot_a = a + s->a[1][i];
+  double side = up ? 1.0 : -1.0; /* a link's end goes on a circle: r sin q to the front, -r cos q upwards */
 
-  return m->shank[1] * a - m->shank[0] * v * v + m->foot[1] * foot_a - m->foot[0] * foot_v * foot_v;
+  return m->shank[!up] * a + side * m->shank[up] * v * v + m->foot[!up] * foot_a +
+         side * m->foot[up] * foot_v * foot_v;
 }
 
 /* x'' + 2 d w x' + w^2 x = -w^2 drive, from drive in shift[2]: x in shift[0], its rates in the others */
@@ -69,8 +71,8 @@ static void turn(const tl_effect_stretch *s, const tl_model *bare, const double 
   if (shows == TL_EFFECT_SHOWS_SHANK) tl_along_copy(column, shift[0], s->n);
 }
 
-/* the mount's horizontal acceleration is one more gravity, across the first */
-static void sway(const tl_effect_stretch *s, const tl_model *bare, const double *shape, int shows,
+/* the mount's acceleration is one more gravity, across the first or (`up`) along it */
+static void move(const tl_effect_stretch *s, const tl_model *bare, const double *shape, int up, int shows,
                  double *column) {
   double *shift[3] = {s->work, s->work + s->n, s->work + 2 * s->n};
   tl_model weightless = *bare;
@@ -82,8 +84,8 @@ static void sway(const tl_effect_stretch *s, const tl_model *bare, const double 
   weightless.gravity_m_s2 = 1.0;
   for (i = 0; i < s->n; i++) {
     m = moments_at(s, &weightless, i);
-    shift[2][i] = horizontal_force(s, &m, i);
-    column[i] = m.foot[1] + (shows == 0 ? m.shank[1] : 0.0);
+    shift[2][i] = force_on_mount(s, &m, up, i);
+    column[i] = m.foot[!up] + (shows == 0 ? m.shank[!up] : 0.0);
   }
   swing(s, 2.0 * TL_PI * shape[0], shape[1], shift);
   for (i = 0; i < s->n; i++) column[i] *= shift[2][i];
@@ -94,18 +96,20 @@ static void along(const tl_effect_stretch *s, int joint, const double *shape, in
 
   (void)joint;
   turn(s, &bare, shape, shows, column);
-  sway(s, &bare, shape, shows, column + s->n);
+  move(s, &bare, shape, 0, shows, column + s->n);
+  move(s, &bare, shape, 1, shows, column + 2 * s->n);
 }
 
 const tl_effect_kind tl_effect_base_compliance = {
     .name = "base_compliance",
-    .meaning = "the mount turns or sways on its own spring",
+    .meaning = "the mount turns, sways or rises on its own spring",
     .places = TL_EFFECT_AT_BASE,
     .acts = TL_EFFECT_CHANGE,
-    .strengths = 2,
+    .strengths = 3,
     .shapes = 2,
     .parameter = {{"compliance_rad_Nm", 0.0, 0.05, 0.001, 0, 0.0},
                   {"sway_m_N", 0.0, 0.05, 0.0, TL_RECORDED(0.0)},
+                  {"rise_m_N", 0.0, 0.05, 0.0, TL_RECORDED(0.0)},
                   {"frequency_Hz", 1.0, 40.0, 8.0, 0, 0.0},
                   {"damping_ratio", 0.005, 1.0, 0.05, 0, 0.0}},
     .change = change,

@@ -102,9 +102,18 @@ def joined(first, second):
         return sum((getattr(c, name) or (default,) * len(c.columns) for c in (first, second)), ())
 
     whole = Candidate(first.effect, first.joint, f"{first.shape} and {second.shape}", first.columns + second.columns,
-                      parameters, limits("low", -math.inf), limits("high", math.inf),
+                      parameters, limits("low", -math.inf), limits("high", math.inf), family=_both(first.family, second.family),
                       parts=(*(first.parts or (first,)), second))  # fmt: skip
     return whole
+
+
+def _both(one, other):
+    """The shapes of two candidates that act together, moved between the grid's points; None where one cannot be."""
+    if not (one and other):
+        return None
+    count = len(one.values)
+    make = lambda *values: joined(one.make(*values[:count]), other.make(*values[count:]))
+    return Family(make, one.values + other.values, one.steps + other.steps, one.low + other.low, one.high + other.high)
 
 
 def drive_excess(chosen, every):

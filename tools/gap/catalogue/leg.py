@@ -10,6 +10,7 @@ from .law import column_along, law_column
 JOINT_ENCODER_ORDERS = (*range(1, 33), 36, 40, 48, 64)
 BASE_HZ = (2.5, 2.75, 3, 3.25, 3.5, 3.75, 4, 4.25, 4.5, 4.75, 5, 5.25, 5.5, 6, 6.5, 7, 7.5, 8, 9, 10, 11, 12, 13.5, 15)
 BASE_DAMPING_RATIOS = (0.02, 0.05, 0.1)
+RISING_DAMPING_RATIO = 0.05  # of a second mode, whose resonance is refined
 STEP_M, STEP_RAD = 1e-5, 1e-4
 ANKLE = 1
 USUAL_TILT_RAD = (0.017, 0.087)
@@ -93,13 +94,15 @@ def _oscillator(drive, step_s, omega, damping):
     return x, v, omega**2 * (drive - x) - 2 * damping * omega * v
 
 
-def _horizontal_force(scene):
-    """Of both links' inertia on the mount."""
+def _forces(scene):
+    """Of both links' inertia on the mount: to the front and upwards."""
     track, b, a, foot = scene.track, scene.base, scene.a, scene.q[0] + scene.q[1]
-    shank = b[1] + scene.foot_kg * scene.shank_m
-    near = shank * (np.cos(scene.q[0]) * a[0] - np.sin(scene.q[0]) * scene.v[0] ** 2)
-    far = b[2] * (np.cos(foot) * (a[0] + a[1]) - np.sin(foot) * (scene.v[0] + scene.v[1]) ** 2)
-    return track.resample(near + far)
+    near, far = b[1] + scene.foot_kg * scene.shank_m, b[2]
+    knee_v2, foot_v2, foot_a = scene.v[0] ** 2, (scene.v[0] + scene.v[1]) ** 2, a[0] + a[1]
+    sine, cosine, foot_sine, foot_cosine = np.sin(scene.q[0]), np.cos(scene.q[0]), np.sin(foot), np.cos(foot)
+    front = near * (cosine * a[0] - sine * knee_v2) + far * (foot_cosine * foot_a - foot_sine * foot_v2)
+    upwards = near * (sine * a[0] + cosine * knee_v2) + far * (foot_sine * foot_a + foot_cosine * foot_v2)
+    return track.resample(front), track.resample(upwards)
 
 
 def _turned(scene, j):
@@ -108,51 +111,60 @@ def _turned(scene, j):
     return scene.track.resample(bend * scene.v[0] if j == 1 else -bend * scene.v[1])
 
 
-def _base_column(frequency_Hz, damping, turning):
-    """One mode of the mount: turning about the knee's axis, driven by what the leg's inertia and gravity ask of it, or
-    swaying horizontally, driven by the links' force. The drive is not bridged: a stop of the leg jolts its mount."""
+def _turning(scene):
+    """What drives a mount that turns about the knee's axis: what the leg's inertia and gravity ask of it. Not bridged: a stop
+    of the leg jolts its mount."""
+    return scene.once("knee torque", lambda: scene.track.resample(scene.link_Nm[0]))
+
+
+def _base_column(mode, frequency_Hz, damping):
+    """One mode of the mount: turning, or one that sways or rises under the links' forces."""
 
     def column(scene):
-        track, step_s, omega = scene.track, scene.step_s, 2 * np.pi * frequency_Hz
-        if turning:
-            drive = scene.once("knee torque", lambda: track.resample(scene.link_Nm[0]))
-        else:
-            drive = scene.once("horizontal force", lambda: _horizontal_force(scene))
-        x, speed, acceleration = _oscillator(-drive, step_s, omega, damping)
+        track = scene.track
+        drive = _turning(scene) if mode == "turning" else scene.once("forces", lambda: _forces(scene))[mode == "rising"]
+        x, speed, acceleration = _oscillator(-drive, scene.step_s, 2 * np.pi * frequency_Hz, damping)
         shown = {}
         for j in range(2):
-            if turning:
+            if mode == "turning":
                 inertia = scene.once(("inertia", j), lambda j=j: track.resample(scene.inertia[j][0]))
                 gravity = scene.once(("tilt", j), lambda j=j: track.resample(scene.tilt_Nm()[j]))
                 torque = inertia * acceleration + gravity * x + scene.once(("turned", j), lambda j=j: _turned(scene, j)) * speed
             else:
-                foot = scene.base[2] * np.cos(scene.grid("q", 0) + scene.grid("q", 1))
-                shank = (scene.base[1] + scene.foot_kg * scene.shank_m) * np.cos(scene.grid("q", 0))
-                torque = (foot + shank * (j == 0)) * acceleration
+                torque = scene.once(("arm", mode, j), lambda j=j: _arm(scene, mode, j)) * acceleration
             shown[f"T{j}"] = track.lowpass(torque / scene.grid("ratio", j))
-        if turning and "K" in scene.evidence.kinds:
+        if mode == "turning" and "K" in scene.evidence.kinds:
             shown["K"] = track.lowpass(x)
         return shown
 
     return column
 
 
-def base_compliance(evidence, scenes):
-    names = {"turning": ("compliance_rad_Nm",), "swaying": ("sway_m_N",), "both": ("compliance_rad_Nm", "sway_m_N")}
+def _arm(scene, mode, j):
+    """Torque of a joint per acceleration of the mount."""
+    part = np.sin if mode == "rising" else np.cos
+    foot = scene.base[2] * part(scene.grid("q", 0) + scene.grid("q", 1))
+    return foot + (scene.base[1] + scene.foot_kg * scene.shank_m) * part(scene.grid("q", 0)) * (j == 0)
 
-    def modes(hz, damping):
-        """Every form at one resonance; the columns are shared."""
-        turn, sway = _base_column(hz, damping, True), _base_column(hz, damping, False)
-        columns = {"turning": (turn,), "swaying": (sway,), "both": (turn, sway)}
-        for form, own in names.items():
-            make = lambda hz, damping, form=form: next(c for c in modes(hz, damping) if c.shape.startswith(form))
-            yield Candidate("base_compliance", "base", f"{form}, {hz:g} Hz, damping {damping:g}", columns[form],
-                            named(*own, frequency_Hz=float(hz), damping_ratio=float(damping)), (0.0,) * len(own),
-                            family=Family(make, (hz, damping), (1.05, 1.6), (1.5, 0.006), (25.0, 0.5)))  # fmt: skip
+
+def base_compliance(evidence, scenes):
+    strength = {"turning": "compliance_rad_Nm", "swaying": "sway_m_N", "rising": "rise_m_N"}
+    forms = {"turning": ("turning",), "swaying": ("swaying",), "rising": ("rising",), "both": ("turning", "swaying")}
+
+    def mode(form, hz, damping, made=None):
+        """A form at one resonance; forms share their columns in `made`."""
+        made = {} if made is None else made
+        columns = tuple(made.setdefault(one, _base_column(one, hz, damping)) for one in forms[form])
+        own = [strength[one] for one in forms[form]]
+        return Candidate("base_compliance", "base", f"{form}, {hz:g} Hz, damping {damping:g}", columns,
+                         named(*own, frequency_Hz=float(hz), damping_ratio=float(damping)), (0.0,) * len(own),
+                         family=Family(lambda hz, damping: mode(form, hz, damping), (hz, damping), (1.05, 1.6), (1.5, 0.006),
+                         (25.0, 0.5)))  # fmt: skip
 
     for damping in BASE_DAMPING_RATIOS:
         for hz in BASE_HZ:
-            yield from modes(hz, damping)
+            made = {}
+            yield from (mode(form, hz, damping, made) for form in forms if form != "rising" or damping == RISING_DAMPING_RATIO)
 
 
 EFFECTS = (encoder_eccentricity, linkage_error, gravity_tilt, base_compliance)
