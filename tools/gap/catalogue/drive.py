@@ -12,6 +12,9 @@ LARGEST_DROOP_SEEN = 0.35  # where a sensor shows the torque itself, and a wrong
 SATURATION_KNEES = (0.3, 0.5, 0.7)  # of the largest torque
 # the delay itself is a strength: these are where it is linear
 DELAYS_S = (-0.020, -0.015, -0.010, -0.006, -0.003, -0.001, 0.001, 0.003, 0.006, 0.010, 0.015, 0.020)
+# of a leg's drives, times 0.6 at one end and 1.25 at the other: less is the trace of something else in the smoothed motion,
+# and more than two samples of its recordings no sampling
+USUAL_DELAY_S = (0.0006, 0.010)
 COGGING_ORDERS = (*range(5, 25), 28, 30, 32, 36, 40, 42, 48, 54, 60, 72, 84)
 LAST_WITH_OVERTONE = 42
 USUAL_OFFSET_A = (0.02, 0.2)
@@ -68,7 +71,8 @@ def sensor_effects(at):
 def delay(at):
     """A current that is later than the angles; beside a sensor at the output, where the current is known and a late one tells
     of an earlier instant, also both later than the sensor."""
-    j, limits = at.number, ((min(DELAYS_S),), (max(DELAYS_S),))
+    j = at.number
+    least, most = USUAL_DELAY_S if at.evidence.leg else (0.0, max(DELAYS_S))
 
     def column(shift_s, of):
         def later(piece, step_s):
@@ -83,8 +87,8 @@ def delay(at):
     def reading(scene):
         return scene.once("load", lambda: scene.track.resample(scene.drive_Nm[j] + scene.track.raw[j] @ scene.base))
 
-    for shift_s in DELAYS_S:
-        near = f"near {1e3 * shift_s:g} ms"
+    for shift_s in (s for s in DELAYS_S if least < abs(s) <= most):
+        near, limits = f"near {1e3 * shift_s:g} ms", ((least,), (most,)) if shift_s > 0 else ((-most,), (-least,))
         yield Candidate("delay", at.name, near, (column(shift_s, current),), named("delay_s"), *limits)
         if at.evidence.load_sensor:
             yield Candidate("delay", at.name, f"{near}, angles too", (column(shift_s, reading),),
