@@ -102,6 +102,20 @@ def test_laws_against_their_formulas():
     assert columns("directional_efficiency", (1.0, 0.0), **{**at, "load_Nm": 2.5}) == pytest.approx([0.0, -2.5])
 
 
+def test_the_columns_at_many_instants_are_those_at_each():
+    """Stribeck and a parabola of the angle over instants that differ, against their formulas; one strength after the other."""
+    v, q, slip = np.linspace(-0.6, 0.6, 25), np.linspace(0.5, -0.3, 25), np.sign(np.linspace(-0.6, 0.6, 25))
+    now = ffi.new("tl_effect_instant[]", [{"v": a, "q": b, "slip": c} for a, b, c in zip(v, q, slip)])
+    for name, shape, want in (
+        ("stribeck", (0.2, 2.0), [slip * np.exp(-((v / 0.2) ** 2))]),
+        ("position_friction", (0.1, 0.0, 0.0), [slip * (q - 0.1) ** p for p in (1, 2, 3, 4)] + [0 * q, slip]),
+    ):
+        kind, out = lib.tl_effect_find(name.encode()), np.full((len(want), len(v)), np.nan)
+        assert kind.strengths == len(want)
+        lib.tl_effect_columns_at(kind, pointer(np.array(shape)), now, len(v), pointer(out))
+        assert out == pytest.approx(np.array(want), rel=1e-12, abs=1e-15), name
+
+
 def test_the_instant_knows_load_and_tilt():
     """Load by hand for a pendulum; tilt against the difference of two tilted gravities."""
     model = talus.Model.from_tree(PENDULUM)
