@@ -196,9 +196,9 @@ def backlash(at):
                          (_behind(at.number, shape),), figures, (max(0.4, least / gap),), (1.8,), _saved(at, shape), family)  # fmt: skip
 
     damping = KNEE_TEETH_DAMPING_RATIO if at.evidence.leg and at.number == 0 else TEETH_DAMPING_RATIO
-    for motor in _motor_shares(at):
-        for dry, viscous in GAP_FRICTION:
-            for gap in GAPS_RAD:
+    for motor in _motor_shares(at):  # in this order a first look at every third has every gap, and every friction
+        for gap in GAPS_RAD:
+            for dry, viscous in GAP_FRICTION:
                 yield lost(gap, TEETH_NM_RAD, float(dry), float(viscous), motor, damping)
 
 
