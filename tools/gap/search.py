@@ -58,9 +58,9 @@ class Fit:
 
         return Fit(moved(self.chosen), self.excess, moved(self.strengths), self._base_is_physical)
 
-    def is_physical(self):
-        """Are strengths and base parameters within what there can be?"""
-        return self._base_is_physical and all(c.within_range(s) for c, s in zip(self.chosen, self.strengths))
+    def is_physical(self, looking=False):
+        """Are strengths and base parameters within what there can be, or at least what leads there?"""
+        return self._base_is_physical and all(c.within_range(s, looking) for c, s in zip(self.chosen, self.strengths))
 
 
 class Search:
@@ -108,11 +108,11 @@ class Search:
         as_identified = np.abs(base[:len(INERTIAL)] - identified) <= FARTHEST_FROM_IDENTIFIED * np.abs(identified)
         return bool(np.all(near | as_identified))
 
-    def beside(self, chosen, candidates):
+    def beside(self, chosen, candidates, looking=False):
         """Fits of each candidate beside the chosen ones; those out of physical range are left out."""
         found = self.gram.scan(self.columns(chosen), candidates)
         fits = [self._fit([*chosen, c], *one) for c, one in zip(candidates, found)]
-        return [fit for fit in fits if fit.is_physical()]
+        return [fit for fit in fits if fit.is_physical(looking)]
 
     def scan(self, chosen):
         """The best shape of every (effect, joint) beside the chosen ones, best first."""
@@ -202,7 +202,27 @@ class Search:
     def singles(self):
         """The best shape of every (effect, joint), best first, the first few between the grid's."""
         found = self.scan([])
-        return self.nearest_refined(found, 0, found[0].excess) if found else []
+        if not found:
+            return []
+        found = self.nearest_refined(found, 0, found[0].excess)
+        led = {fit.chosen[0].key: fit for fit in self.led_to([], found[0].excess)}
+        rest = [fit for fit in found if fit.chosen[0].key not in led or fit.excess < led[fit.chosen[0].key].excess]
+        return sorted([*rest, *led.values()], key=lambda fit: fit.excess)
+
+    def led_to(self, chosen, best):
+        """While much is left: fits with one more effect, of each (effect, joint) the one that is found downhill from the best
+        of those shapes that are too little of an effect as they stand."""
+        much, taken = REFINED_WITHIN * self.tolerated, {c.key for c in chosen}
+        some = [c for c in self.gram.candidates if c.begin_low and c.key not in taken]
+        if best < much or not some:
+            return []
+        starts = {}
+        for fit in self.beside(chosen, some, looking=True):
+            key = fit.chosen[-1].key
+            if key not in starts or fit.excess < starts[key].excess:
+                starts[key] = fit
+        near = [fit for fit in starts.values() if not fit.is_physical() and fit.excess < REFINED_WITHIN * best]
+        return [end for fit in near if (end := self.refined(fit, len(chosen))).is_physical()]
 
     def nearest_refined(self, found, place, best):
         """Ranked fits, the effect at `place` of the first few between the grid's shapes if they come near the `best` excess;
@@ -217,7 +237,8 @@ class Search:
         if other is None:
             return fit, False
         found = self.fit([*fit.chosen[:place], other, *fit.chosen[place + 1:]])
-        better = found.is_physical() and found.excess < fit.excess - max(LEAST_REFINEMENT, REFINED_BEYOND * self.tolerated)
+        physical = found.is_physical(looking=not fit.is_physical())
+        better = physical and found.excess < fit.excess - max(LEAST_REFINEMENT, REFINED_BEYOND * self.tolerated)
         return (found, True) if better else (fit, False)
 
     def step(self, before, after):
@@ -273,6 +294,8 @@ class Search:
         if not following:
             return best
         second = self.all_refined(self.reshaped(min(following, key=lambda fit: fit.excess)))
+        led = [self.all_refined(self.reshaped(fit)) for fit in self.led_to(best.chosen, second.excess)]
+        second = min([second, *led], key=lambda fit: fit.excess)
         if not self.significant(best, second, self.must_close(best, second.chosen[-1], SECOND_MUST_CLOSE)):
             return best
         if self._worth_more(second) and (third := self.scan(second.chosen)):

@@ -59,6 +59,7 @@ class Candidate:
     saved: Callable | None = None  # where they differ from `parameters`
     family: Family | None = None
     parts: tuple = ()
+    begin_low: tuple | None = None  # lower limits of a shape from which a better one is looked for
     prior: Callable | None = None  # how likely these strengths are before the data, to others; 1 where it is None
 
     def weight(self, strengths):
@@ -66,8 +67,9 @@ class Candidate:
         own = self.prior(strengths) if self.prior else 1.0
         return own * math.exp(-COLUMN_PENALTY * (len(self.columns) - 1))
 
-    def within_range(self, strengths):
-        low = self.low is None or all(x >= limit for x, limit in zip(strengths, self.low))
+    def within_range(self, strengths, looking=False):
+        lowest = self.begin_low if looking and self.begin_low else self.low
+        low = lowest is None or all(x >= limit for x, limit in zip(strengths, lowest))
         return low and (self.high is None or all(x <= limit for x, limit in zip(strengths, self.high)))
 
     def pieces(self, strengths):

@@ -28,6 +28,7 @@ TEETH_DAMPING_RATIO = 0.1
 KNEE_TEETH_DAMPING_RATIO = 0.3  # its light rotor gives way, and the recorded motion is a wall that bounces more
 # Of a leg's gears: what looks stiffer, or less lost, is the trace of something else in the smoothed acceleration
 STIFFEST_NM_RAD, LEAST_GAP_RAD = 15000.0, 0.0005
+BEGIN_SHARE = 0.15  # of an effect whose jolts come at the wrong time, from which the right shape may still be found
 FASTEST_SWING = 4.0  # rad from sample to sample, of a link on a spring: a stiffer one follows at once
 USUAL_SPRING_NM_RAD = (1.0, 15.0)
 BUMPER_BEGINS = (0.0, 0.3, 0.6)  # of half the range
@@ -185,6 +186,7 @@ def backlash(at):
         return
 
     least = LEAST_GAP_RAD if at.evidence.leg else 0.0
+    begin_low = (BEGIN_SHARE,) if at.evidence.leg and at.number == 0 else None  # no encoder tells its gap
 
     def lost(gap, stiffness, dry, viscous, motor, damping, drag=0.0):
         shape = LinkShape(stiffness, gap / 2, dry, viscous, motor, damping, drag_Nm=drag * at.coulomb_Nm)
@@ -193,7 +195,8 @@ def backlash(at):
                         (2e-4, 500.0, 0.0, 0.0, 0.02, 0.05, 0.0), (0.03, 50000.0, 1.0, 1.0, 0.7, 1.0, 0.3),
                         BOTH_FRICTIONS)  # fmt: skip
         return Candidate("backlash", at.name, f"{1e3 * gap:.2g} mrad, {stiffness:g} Nm/rad{_sides(shape)}",
-                         (_behind(at.number, shape),), figures, (max(0.4, least / gap),), (1.8,), _saved(at, shape), family)  # fmt: skip
+                         (_behind(at.number, shape),), figures, (max(0.4, least / gap),), (1.8,), _saved(at, shape), family,
+                         begin_low=begin_low)  # fmt: skip
 
     damping = KNEE_TEETH_DAMPING_RATIO if at.evidence.leg and at.number == 0 else TEETH_DAMPING_RATIO
     for motor in _motor_shares(at):  # in this order a first look at every third has every gap, and every friction
