@@ -17,6 +17,8 @@ TOLERATED_OF_SIGNAL = 0.007  # and of the measured torque
 LEAST_STEP = 40.0  # chi-square
 LEAST_STEP_PER_FREEDOM = 0.0075
 LEAST_Z = 3.0  # of the gain over blocks
+# an effect that few blocks show, and that explains all they have: slow ramps alone tell what happens near standstill
+ALL_OF_IT, STEPS_OF_ALL, LEAST_Z_OF_ALL = 0.9, 10.0, 2.0
 SECOND_MUST_CLOSE = 0.45  # of what the first leaves
 LEFT_BY_A_FORM = 0.02  # of the whole excess: so much another form of the same effect may well leave
 SAME_JOINT_MUST_CLOSE = 0.66
@@ -272,9 +274,10 @@ class Search:
     def significant(self, before, after, share):
         """Is the step from one fit to another worth an effect? `share` of what is left must be closed."""
         tempered, z, closed = self.step(before, after)
-        enough = tempered > self.least_step
+        all_of_it = closed > ALL_OF_IT and tempered > STEPS_OF_ALL * self.least_step
         least_z = LEAST_Z if self.evidence.joints > 1 else SINGLE_JOINT_LEAST_Z
-        return bool(enough and z > least_z and (share == 0 or closed > share))
+        enough = tempered > self.least_step and z > (min(least_z, LEAST_Z_OF_ALL) if all_of_it else least_z)
+        return bool(enough and (share == 0 or closed > share))
 
     def must_close(self, before, added, share):
         """The share that a further effect must close: more at a joint whose effect may just have another form."""

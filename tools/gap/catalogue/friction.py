@@ -28,7 +28,7 @@ def stribeck(at):
     def falling(width, power):
         return at.of_law("stribeck", f"power {power:g}, {width:.3g} rad/s", [{"extra_Nm": 1.0}],
                          {"speed_rad_s": float(width), "exponent": power}, low=(0.02 * at.coulomb_Nm,),
-                         high=(1.5 * at.coulomb_Nm,), family=Family(falling, (width, power), (1.5, 0.5),
+                         high=(1.5 * at.usual_coulomb_Nm,), family=Family(falling, (width, power), (1.5, 0.5),
                          (speeds[0] / 2, 0.5), (0.25 * speed, 2.0)))  # fmt: skip
 
     for power in (1.0, 2.0):
@@ -148,7 +148,7 @@ def position_friction(at):
 
 
 def presliding(at):
-    j = at.number
+    j, friction_Nm = at.number, at.usual_coulomb_Nm
     size = 0.1 if at.evidence.model.plant == "slider" else 1.0  # a slider's travel in m
     travels = [size * x for x in PRESLIDING_TRAVELS_RAD]
     shapes = [(travel, power) for power in (1.0, 2.0) for travel in travels]
@@ -157,8 +157,8 @@ def presliding(at):
         return dahl(np.nan_to_num(scene.travel_rad[j]), travel, power, scene.slip[j][scene.track.parts[0]["begin"]])
 
     def dahls(travel, power):
-        column = at.joint_column(lambda s: at.coulomb_Nm * (state(s, travel, power) - s.slip[j]))
-        figures = lambda x: {"friction_Nm": float(x[0]) * at.coulomb_Nm, "travel_rad": float(travel), "power": power}
+        column = at.joint_column(lambda s: friction_Nm * (state(s, travel, power) - s.slip[j]))
+        figures = lambda x: {"friction_Nm": float(x[0]) * friction_Nm, "travel_rad": float(travel), "power": power}
         return Candidate("presliding", at.name, f"Dahl, power {power:g}, {1e3 * travel:.2g} mrad", (column,), figures,
                          (0.2,), (1.5,), family=Family(dahls, (travel, power), (1.7, 0.5), (travels[0] / 2, 1.0),
                          (2 * travels[-1], 2.0)))  # fmt: skip

@@ -10,6 +10,7 @@ from ..kinds import kind_of
 from .candidate import Candidate
 from .law import law_column
 
+COULOMB_OF_A_LEG = (5, 7)  # among the base parameters
 LEAST_HALF_RANGE_RAD = 0.05
 TWIST_BELOW_RAD = math.pi  # half the range: beyond, a joint has turned, whatever its torque
 LEFT_BY_TWIST = 0.2  # of the angle's variance, that a held joint's torque does not explain
@@ -36,6 +37,12 @@ class Place:
     @property
     def coulomb_Nm(self):
         return max(abs(self.scenes[0].coulomb_Nm[self.number]), 1e-12)
+
+    @property
+    def usual_coulomb_Nm(self):
+        """Where an effect stands in for dry friction, little of that is left to the plain model: on a leg the given one, then."""
+        given = abs(self.evidence.prior[COULOMB_OF_A_LEG[self.number]]) if self.evidence.leg else 0.0
+        return max(self.coulomb_Nm, given)
 
     @property
     def sign(self):
