@@ -6,14 +6,14 @@ from support import run
 
 from blind import cases, effects
 
-TRAVEL_RAD = 0.015
+TRAVEL_RAD = 0.02
 
 
 def test_presliding_that_is_most_of_the_friction_is_named(tmp_path):
     """An ankle that hardly ever slides leaves the plain model next to no Coulomb friction to tell the effect's size by.
-    Iwan's friction, of which the library knows Dahl's: nine tenths of it like a spring over 15 mrad."""
+    Iwan's friction, of which the library knows Dahl's: all of it like a spring over 20 mrad."""
     case = cases.Case(5, 0, {"none": 1.0})
-    shape = {"pre_form": 3.0, "pre_share": 0.9, "pre_travel": TRAVEL_RAD, "pre_power": 0.5, "pre_rise": 0.0077, "pre_speed": 0.18}
+    shape = {"pre_form": 3.0, "pre_share": 1.0, "pre_travel": TRAVEL_RAD, "pre_power": 0.5, "pre_rise": 0.0077, "pre_speed": 0.18}
     case.drawn = [effects.Drawn("presliding", "ankle", "Iwan", "long travel", effects.of("ankle", **shape))]
     cases.write_case(tmp_path, case, case.simulate(case.drawn))
     (folder,), report = tmp_path.glob("case_*"), tmp_path / "gap.json"
