@@ -12,9 +12,8 @@ LARGEST_DROOP_SEEN = 0.35  # where a sensor shows the torque itself, and a wrong
 SATURATION_KNEES = (0.3, 0.5, 0.7)  # of the largest torque
 # the delay itself is a strength: these are where it is linear
 DELAYS_S = (-0.020, -0.015, -0.010, -0.006, -0.003, -0.001, 0.001, 0.003, 0.006, 0.010, 0.015, 0.020)
-# of a leg's drives, times 0.6 at one end and 1.25 at the other: less is the trace of something else in the smoothed motion,
-# and more than two samples of its recordings no sampling
-USUAL_DELAY_S = (0.0006, 0.010)
+# of a leg's drives: less than a tenth of a millisecond is nothing, and more than two samples of its recordings no sampling
+USUAL_DELAY_S = (0.0001, 0.010)
 COGGING_ORDERS = (*range(5, 25), 28, 30, 32, 36, 40, 42, 48, 54, 60, 72, 84)
 LAST_WITH_OVERTONE = 42
 USUAL_OFFSET_A = (0.02, 0.2)

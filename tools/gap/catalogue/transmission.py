@@ -192,7 +192,7 @@ def backlash(at):
         shape = LinkShape(stiffness, gap / 2, dry, viscous, motor, damping, drag_Nm=drag * at.coulomb_Nm)
         figures = lambda x: {"gap_rad": float(x[0]) * gap, "stiffness_Nm_rad": stiffness}
         family = Family(lost, (gap, stiffness, dry, viscous, motor, damping, drag), (1.7, 3.0, 0.3, 0.3, 0.2, 1.7, 0.06),
-                        (2e-4, 500.0, 0.0, 0.0, 0.02, 0.05, 0.0), (0.03, 50000.0, 1.0, 1.0, 0.7, 1.0, 0.3),
+                        (max(2e-4, least), 500.0, 0.0, 0.0, 0.02, 0.05, 0.0), (0.03, 50000.0, 1.0, 1.0, 0.7, 1.0, 0.3),
                         BOTH_FRICTIONS)  # fmt: skip
         return Candidate("backlash", at.name, f"{1e3 * gap:.2g} mrad, {stiffness:g} Nm/rad{_sides(shape)}",
                          (_behind(at.number, shape),), figures, (max(0.4, least / gap),), (1.8,), _saved(at, shape), family,
