@@ -16,7 +16,7 @@ DELAYS_S = (-0.020, -0.015, -0.010, -0.006, -0.003, -0.001, 0.001, 0.003, 0.006,
 USUAL_DELAY_S = (0.0001, 0.010)
 COGGING_ORDERS = (*range(5, 25), 28, 30, 32, 36, 40, 42, 48, 54, 60, 72, 84)
 LAST_WITH_OVERTONE = 42
-USUAL_OFFSET_A = (0.02, 0.2)
+USUAL_OFFSET_A, LARGEST_OFFSET_A = (0.02, 0.2), 0.5
 BESIDE_A_SENSOR = 0.3  # prior of what a wrong constant, or the sensor's zero, is likelier to be
 # A ripple that position control does not hold shakes the motor instead, and the recorded acceleration shows of that what
 # the reconstruction's window leaves: half at 1.67 of the low-pass frequency, falling with the fourth power
@@ -53,7 +53,9 @@ def current_offset(at):
             return usual(abs(x[0]) / at.evidence.tree[at.name]["torque_constant_Nm_A"], *USUAL_OFFSET_A)
         return BESIDE_A_SENSOR if at.evidence.load_sensor else 1.0
 
-    yield at.of_law("current_offset", shape, [{"torque_Nm": 1.0}], prior=prior)
+    # beside a spring with a preload an offset could be anything, and both together nearly nothing
+    most = LARGEST_OFFSET_A * at.evidence.tree[at.name]["torque_constant_Nm_A"] if at.evidence.leg else np.inf
+    yield at.of_law("current_offset", shape, [{"torque_Nm": 1.0}], low=(-most,), high=(most,), prior=prior)
 
 
 def sensor_effects(at):
