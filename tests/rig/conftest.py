@@ -2,6 +2,7 @@
 
 import socket
 import subprocess
+from pathlib import Path
 
 import pytest
 
@@ -14,14 +15,18 @@ def has_can():
     return True
 
 
+def need_can():
+    if not has_can():
+        pytest.skip("this kernel has no SocketCAN: `make rig` brings one")
+
+
 @pytest.fixture
 def vcan():
     """Makes virtual CAN interfaces, as many as asked for, and takes them away again."""
     made = []
 
     def make(count=1):
-        if not has_can():
-            pytest.skip("this kernel has no SocketCAN: `make rig` brings one")
+        need_can()
         names = [f"tlcan{len(made) + i}" for i in range(count)]
         for name in names:
             subprocess.run(["ip", "link", "add", "dev", name, "type", "vcan"], check=True)
@@ -32,3 +37,16 @@ def vcan():
     yield make
     for name in made:
         subprocess.run(["ip", "link", "del", "dev", name], check=False, stderr=subprocess.DEVNULL)
+
+
+@pytest.fixture
+def deep_backlog():
+    """Room for a whole burst between interface and socket. Where the kernel leaves receiving to a process of its own, which
+    waits for its turn, a thousand frames are soon full; the loss is then the interface's and has no place in the log, while
+    these tests are about the socket's."""
+    need_can()
+    limit = Path("/proc/sys/net/core/netdev_max_backlog")
+    before = limit.read_text(encoding="ascii")
+    limit.write_text("300000", encoding="ascii")
+    yield
+    limit.write_text(before, encoding="ascii")
