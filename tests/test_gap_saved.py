@@ -5,7 +5,7 @@ import math
 import numpy
 import pytest
 import yaml
-from gap.catalogue import candidates
+from gap.catalogue import candidates, sparse
 from gap.evidence import Evidence
 from gap.kinds import kind_of
 from gap.scene import Extent, Scene
@@ -134,6 +134,15 @@ def check_every(setting, stride=1):
     assert not off, "\n".join(off)
 
 
+def test_a_first_look_has_every_value_of_a_grid(leg):
+    """Whatever the order of its loops: of six gaps, every third shape had two."""
+    every = [c for c in leg[2] if c.key == ("backlash", "knee")]
+    few = sparse(every)
+    assert 0.25 < len(few) / len(every) < 0.4
+    for number in range(len(every[0].family.values)):
+        assert {c.family.values[number] for c in few} == {c.family.values[number] for c in every}, number
+
+
 def test_shapes_of_the_leg_are_predicted_as_they_were_fitted(leg):
     check_every(leg, 7)
 
@@ -170,6 +179,18 @@ def test_every_strength_that_is_allowed_fits_a_model_file(leg):
                 library_effect(evidence, one, strengths)
                 tried += 1
     assert tried > 1000
+
+
+def test_a_legs_sensors_are_off_by_what_such_sensors_can_be(leg):
+    """Beside a spring's preload an offset of any size would cancel it, and on another motion the rest of both is huge."""
+    evidence, _, every = leg
+    for joint in ("knee", "ankle"):
+        ampere = evidence.tree[joint]["torque_constant_Nm_A"]
+        (offset,) = (c for c in every if c.key == ("current_offset", joint))
+        assert offset.within_range([-0.2 * ampere]) and not offset.within_range([2.0 * ampere])
+        late = [c for c in every if c.key == ("delay", joint)]
+        assert any(c.within_range([0.008]) for c in late) and any(c.within_range([-0.001]) for c in late)
+        assert not any(c.within_range([x]) for c in late for x in (-0.02, 0.0, 0.02))
 
 
 def test_shapes_of_a_geared_pendulum_are_predicted_as_they_were_fitted():

@@ -29,8 +29,7 @@ def saved_effects(chosen, every):
     """(entries of the model file, notes on what was left out)."""
     entries, notes = [], []
     for candidate, strengths in (piece for c, own in zip(chosen, every) for piece in c.pieces(own)):
-        kind, values = kind_of(candidate.effect), candidate.entry(strengths)
-        known = kind.parameters if kind else ()
+        known, values = kind_of(candidate.effect).parameters, candidate.entry(strengths)
         if set(values) - {p.name for p in known}:  # tests hold the catalogue against this
             notes.append(f"{candidate.effect} of the {candidate.joint} ({candidate.shape}) has no counterpart in model "
                          "files and is left out")  # fmt: skip

@@ -28,11 +28,6 @@ class Kind:
     def parameters(self):
         return self.strengths + self.shapes
 
-    @property
-    def required(self):
-        """Names of what a model file must give."""
-        return [p.name for p in self.parameters if p.otherwise is None]
-
     def shape(self, values):
         """Shapes by name, as the library takes them."""
         named = {p.name: p.otherwise for p in self.shapes} | values
@@ -46,10 +41,10 @@ class Kind:
 
 @lru_cache(None)
 def kind_of(effect):
-    """The effect of that name, None if the library has none."""
+    """The effect of that name; KeyError if the library has none."""
     struct = lib.tl_effect_find(effect.encode())
     if struct == ffi.NULL:
-        return None
+        raise KeyError(effect)
     every = tuple(_parameter(struct.parameter[k]) for k in range(struct.strengths + struct.shapes))
     return Kind(struct, every[:struct.strengths], every[struct.strengths:])
 

@@ -9,7 +9,8 @@ from .place import Place
 
 FEWEST_SHAPES = 4  # of an effect at a joint, that are all tried in a first look
 STEPPED = ("elasticity", "backlash")  # many shapes, each a body to be stepped
-SPARSE, SPARSE_FAMILY = 2, 3  # of more shapes every second; of those that are refined afterwards every third
+SPARSE, SPARSE_FAMILY = 1 / 2, 1 / 3  # of more shapes every second; of those that are refined afterwards every third
+GOLDEN = (5**0.5 - 1) / 2  # whose multiples have no period that a grid's loops could have, too
 
 
 def candidates(evidence, scenes, extent):
@@ -25,13 +26,13 @@ def candidates(evidence, scenes, extent):
 
 
 def sparse(every, whole=()):
-    """Every second or third shape of each effect at each joint, for a first look; all of the (effect, joint) in `whole`, and
-    all other starts: there are few, far apart."""
+    """About every second or third shape of each effect at each joint, for a first look, with every value of each of its
+    loops; all of the (effect, joint) in `whole`, and all other starts: there are few, far apart."""
     count, seen, out = Counter(c.key for c in every), Counter(), []
     for candidate in every:
-        step = SPARSE_FAMILY if candidate.family else SPARSE
+        share = SPARSE_FAMILY if candidate.family else SPARSE
         few = count[candidate.key] <= FEWEST_SHAPES or candidate.key in whole
-        if few or seen[candidate.key] % step == 0 or (candidate.family and candidate.family.start):
+        if few or seen[candidate.key] * GOLDEN % 1 < share or (candidate.family and candidate.family.start):
             out.append(candidate)
         seen[candidate.key] += 1
     return out

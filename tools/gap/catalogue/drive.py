@@ -13,7 +13,7 @@ SATURATION_KNEES = (0.3, 0.5, 0.7)  # of the largest torque
 # the delay itself is a strength: these are where it is linear
 DELAYS_S = (-0.020, -0.015, -0.010, -0.006, -0.003, -0.001, 0.001, 0.003, 0.006, 0.010, 0.015, 0.020)
 # of a leg's drives: less than a tenth of a millisecond is nothing, and more than two samples of its recordings no sampling
-USUAL_DELAY_S = (0.0001, 0.010)
+DELAY_OF_A_LEG_S = (0.0001, 0.010)
 COGGING_ORDERS = (*range(5, 25), 28, 30, 32, 36, 40, 42, 48, 54, 60, 72, 84)
 LAST_WITH_OVERTONE = 42
 USUAL_OFFSET_A, LARGEST_OFFSET_A = (0.02, 0.2), 0.5
@@ -73,7 +73,7 @@ def delay(at):
     """A current that is later than the angles; beside a sensor at the output, where the current is known and a late one tells
     of an earlier instant, also both later than the sensor."""
     j = at.number
-    least, most = USUAL_DELAY_S if at.evidence.leg else (0.0, max(DELAYS_S))
+    least, most = DELAY_OF_A_LEG_S if at.evidence.leg else (0.0, max(DELAYS_S))
 
     def column(shift_s, of):
         def later(piece, step_s):

@@ -199,7 +199,7 @@ def backlash(at):
                          begin_low=begin_low)  # fmt: skip
 
     damping = KNEE_TEETH_DAMPING_RATIO if at.evidence.leg and at.number == 0 else TEETH_DAMPING_RATIO
-    for motor in _motor_shares(at):  # in this order a first look at every third has every gap, and every friction
+    for motor in _motor_shares(at):
         for gap in GAPS_RAD:
             for dry, viscous in GAP_FRICTION:
                 yield lost(gap, TEETH_NM_RAD, float(dry), float(viscous), motor, damping)
