@@ -1,12 +1,9 @@
-"""tools/gap/catalogue/transmission.py: springs behind the knee's gear, on the withheld cases' bench, which shares no code with
-the library."""
-
-import json
+"""tools/gap/catalogue/transmission.py: springs behind the knee's gear, on a bench that shares no code with the library."""
 
 import pytest
-from support import run
+from hidden_effect import diagnosed
 
-from blind import cases, effects
+from blind import effects
 
 STIFFNESS_NM_RAD = 900.0
 COMMON = {"stiffness": STIFFNESS_NM_RAD, "damping": 0.0012, "rotor_share": 0.35, "link_share": 0.0, "viscous_share": 0.0}
@@ -21,14 +18,6 @@ SHOWN = {"linear": {}, "hardening": {"hardening_Nm_rad3": 1.2e7}, "soft at first
 @pytest.mark.parametrize("form", FORMS)
 def test_a_soft_spring_behind_the_knees_gear_is_named_whatever_its_form(form, tmp_path):
     """Its link swings at some 20 Hz, unseen: of a wrong form the torque is out of phase."""
-    case = cases.Case(5, 0, {"none": 1.0})
-    case.drawn = [effects.Drawn("elasticity", "knee", form, "soft", effects.of("knee", **{**COMMON, **FORMS[form]}))]
-    cases.write_case(tmp_path, case, case.simulate(case.drawn))
-    (folder,), report = tmp_path.glob("case_*"), tmp_path / "gap.json"
-    run("talus-gap", "--quiet", "--model", folder / "model.yaml", "--report", report, *sorted(folder.glob("train*.csv.gz")))
-    found = json.loads(report.read_text())
-    assert (found["verdict"]["effect"], found["verdict"]["joint"]) == ("elasticity", "knee")
-    assert found["verdict"]["probability"] > 0.9 and found["gap"]["knee"]["closed_fraction"] > 0.9
-    (spring,) = (e["parameters"] for e in found["effects"] if e["effect"] == "elasticity")
+    spring = diagnosed(tmp_path, "elasticity", "knee", effects.of("knee", **{**COMMON, **FORMS[form]}))
     hidden = {"compliance_rad_Nm": 1 / STIFFNESS_NM_RAD, **SHOWN[form]}
     assert spring == pytest.approx(hidden, rel=0.2)

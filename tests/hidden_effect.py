@@ -1,0 +1,28 @@
+"""A bench with an effect built into it and its diagnosis: the withheld cases' simulator, which shares no code with the library."""
+
+import json
+
+from support import run
+
+from blind import cases, effects
+
+
+def leg_mass_kg():
+    """What hangs from the mount: shank, foot and ankle motor."""
+    return sum(cases.FIXED[part] for part in ("ms", "mf", "mm"))
+
+
+def diagnosed(folder, effect, joint, hidden):
+    """Parameters that talus-gap finds of an effect that is hidden (`hidden`: what the simulator is told); the verdict must name it,
+    sure of it, and the gap at the joint (the knee, for one at the base) close."""
+    case = cases.Case(5, 0, {"none": 1.0})
+    case.drawn = [effects.Drawn(effect, joint, "", "", hidden)]
+    cases.write_case(folder, case, case.simulate(case.drawn))
+    (bench,), report = folder.glob("case_*"), folder / "gap.json"
+    run("talus-gap", "--quiet", "--model", bench / "model.yaml", "--report", report, *sorted(bench.glob("train*.csv.gz")))
+    found = json.loads(report.read_text())
+    assert (found["verdict"]["effect"], found["verdict"]["joint"]) == (effect, joint)
+    gap = found["gap"]["knee" if joint == "base" else joint]
+    assert found["verdict"]["probability"] > 0.9 and gap["closed_fraction"] > 0.9
+    (parameters,) = (e["parameters"] for e in found["effects"] if (e["effect"], e["joint"]) == (effect, joint))
+    return parameters
