@@ -12,14 +12,21 @@ def leg_mass_kg():
     return sum(cases.FIXED[part] for part in ("ms", "mf", "mm"))
 
 
-def diagnosed(folder, effect, joint, hidden):
-    """Parameters that talus-gap finds of an effect that is hidden (`hidden`: what the simulator is told); the verdict must name it,
-    sure of it, and the gap at the joint (the knee, for one at the base) close."""
+def bench_with(folder, effect, joint, hidden):
+    """The folder of a bench with an effect hidden in it; `hidden`: what the simulator is told."""
     case = cases.Case(5, 0, {"none": 1.0})
     case.drawn = [effects.Drawn(effect, joint, "", "", hidden)]
     cases.write_case(folder, case, case.simulate(case.drawn))
-    (bench,), report = folder.glob("case_*"), folder / "gap.json"
-    run("talus-gap", "--quiet", "--model", bench / "model.yaml", "--report", report, *sorted(bench.glob("train*.csv.gz")))
+    (bench,) = folder.glob("case_*")
+    return bench
+
+
+def diagnosed(bench, effect, joint):
+    """Parameters that talus-gap finds of the hidden effect; the verdict must name it, sure of it, and the gap at the joint (the
+    knee, for one at the base) close. The fitted model is fitted.yaml in the bench's folder."""
+    report = bench / "gap.json"
+    run("talus-gap", "--quiet", "--model", bench / "model.yaml", "--report", report, "--save-model", bench / "fitted.yaml",
+        *sorted(bench.glob("train*.csv.gz")))  # fmt: skip
     found = json.loads(report.read_text())
     assert (found["verdict"]["effect"], found["verdict"]["joint"]) == (effect, joint)
     gap = found["gap"]["knee" if joint == "base" else joint]

@@ -197,6 +197,14 @@ def test_a_bench_that_swings_between_its_currents_limits_is_no_case():
     assert cases.runs_away(None)
 
 
+def test_a_drive_is_not_asked_for_currents_at_which_its_droop_would_take_all_torque():
+    droop = effects.Drawn("torque_saturation", "knee", "quadratic", "", effects.of("knee", sat_form=1))
+    for peak, gives_out in ((3.2, False), (3.4, True), (-4.5, True)):
+        simulated = ({}, {name: {"knee": np.array([0.5, peak]), "ankle": np.array([0.1])} for name in cases.RECORDINGS}, {})
+        assert cases.drive_gives_out([droop], simulated) == gives_out
+        assert not cases.drive_gives_out([], simulated)
+
+
 @pytest.mark.long
 @pytest.mark.parametrize("effect", list(effects.CATALOGUE))
 def test_effects_survive_identification(effect):

@@ -3,7 +3,7 @@
 import math
 
 import pytest
-from hidden_effect import diagnosed, leg_mass_kg
+from hidden_effect import bench_with, diagnosed, leg_mass_kg
 
 MOUNT_KG, SIDEWAYS_HZ, UP_HZ, DAMPING_RATIO = 5.0, 4.2, 6.4, 0.05
 
@@ -19,7 +19,7 @@ def test_a_mount_that_sways_and_rises_is_found_with_both_resonances(tmp_path):
     mass = MOUNT_KG + leg_mass_kg()
     (x_k, x_c), (z_k, z_c) = spring(mass, SIDEWAYS_HZ), spring(mass, UP_HZ)
     hidden = {"x_mass": MOUNT_KG, "x_k": x_k, "x_c": x_c, "z_mass": MOUNT_KG, "z_k": z_k, "z_c": z_c}
-    mount = diagnosed(tmp_path, "base_compliance", "base", hidden)
+    mount = diagnosed(bench_with(tmp_path, "base_compliance", "base", hidden), "base_compliance", "base")
     assert mount["frequency_Hz"] == pytest.approx(SIDEWAYS_HZ, rel=0.05)
     assert mount["frequency_Hz_2"] == pytest.approx(UP_HZ, rel=0.05)
     assert mount["sway_m_N"] == pytest.approx(1 / x_k, rel=0.2) and mount["rise_m_N_2"] == pytest.approx(1 / z_k, rel=0.2)

@@ -1,7 +1,7 @@
 """tools/gap/catalogue/transmission.py: springs behind the knee's gear, on a bench that shares no code with the library."""
 
 import pytest
-from hidden_effect import diagnosed
+from hidden_effect import bench_with, diagnosed
 
 from blind import effects
 
@@ -18,6 +18,7 @@ SHOWN = {"linear": {}, "hardening": {"hardening_Nm_rad3": 1.2e7}, "soft at first
 @pytest.mark.parametrize("form", FORMS)
 def test_a_soft_spring_behind_the_knees_gear_is_named_whatever_its_form(form, tmp_path):
     """Its link swings at some 20 Hz, unseen: of a wrong form the torque is out of phase."""
-    spring = diagnosed(tmp_path, "elasticity", "knee", effects.of("knee", **{**COMMON, **FORMS[form]}))
+    bench = bench_with(tmp_path, "elasticity", "knee", effects.of("knee", **{**COMMON, **FORMS[form]}))
+    spring = diagnosed(bench, "elasticity", "knee")
     hidden = {"compliance_rad_Nm": 1 / STIFFNESS_NM_RAD, **SHOWN[form]}
     assert spring == pytest.approx(hidden, rel=0.2)

@@ -11,6 +11,7 @@ from .bench import CURRENT_LIMIT_A, FIXED, LINKAGE, RECORDINGS, Plant, draw_cont
 from .surviving import surviving
 
 MIX = {"single": 0.45, "pair": 0.18, "none": 0.18, "unknown": 0.19}
+FARTHEST_DROOP = 1.5  # times the current at which it is told, that a drive with a droop may be asked for
 # steps of additive sequences: neighbours spread evenly over kinds and effects, and case k never depends on the count
 KIND_STEP, EFFECT_STEP = 0.6180339887498949, 0.7548776662466927
 
@@ -97,10 +98,17 @@ def runs_away(simulated):
     return any(peak > 0.9 * CURRENT_LIMIT_A[joint] for joint, peak in current_peak_A(simulated).items())
 
 
+def drive_gives_out(drawn, simulated):
+    """Does a current go far beyond the one at which a droop is told? Some forms would then give ever less torque for more
+    current, as no drive does that is on a bench."""
+    peak = current_peak_A(simulated)
+    return any(one.effect == "torque_saturation" and peak[one.joint] > FARTHEST_DROOP * effects.PEAK_A[one.joint] for one in drawn)
+
+
 def settle(case):
-    """The case's simulation; an effect that lets the bench run away is drawn again."""
+    """The case's simulation; an effect that lets the bench run away, or its drive give out, is drawn again."""
     simulated = case.simulate(case.drawn)
-    while runs_away(simulated):
+    while runs_away(simulated) or drive_gives_out(case.drawn, simulated):
         rng = case.streams["effect"]
         case.drawn = ([effects.draw(rng, case.plant, rng.uniform())] if case.kind == "single"
                       else effects.draw_pair(rng, case.plant, rng.uniform()) if case.kind == "pair"

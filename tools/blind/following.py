@@ -50,7 +50,7 @@ def find_case(folder, name):
     label = next(label for label in sealed["cases"] if label["case"] == name)
     hidden = label["effects"] or ([label["hidden"]] if label["hidden"] else [])
     if [entry["size"] for entry in hidden] != [one.size for one in case.drawn]:
-        cases.settle(case)  # the first draw had driven the leg out of its range
+        cases.settle(case)  # the first draw is a bench that no one records
     return case, label
 
 

@@ -194,8 +194,16 @@ class Gram:
 
     def _gram(self, columns, weights=None):
         """Gram matrices of base, columns and, last, the reading."""
-        order = [*self.base, *range(self.first + 1, self.first + 1 + len(columns)), self.first]
-        return self._bordered(self.gathered(columns), weights)[:, order][:, :, order]
+        return self._ordered(self.gathered(columns), weights)
+
+    def _ordered(self, rows, weights=None):
+        order = [*self.base, *range(self.first + 1, self.first + 1 + len(rows[0])), self.first]
+        return self._bordered(rows, weights)[:, order][:, :, order]
+
+    def products(self, rows):
+        """Products of base columns, `rows` (one matrix a layout) and, last, the reading, with what is known before."""
+        total = self._ordered(rows).sum(0)
+        return total + self._prior(len(total) - 1)
 
     def prior_rows(self):
         """What is known of the base parameters before: (unknowns, rows) and readings, in chi-square's unit. Far less than

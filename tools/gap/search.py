@@ -10,6 +10,7 @@ from .catalogue.candidate import drive_excess, joined
 from .figures import Residuals
 from .gram import Gram
 from .scene import Extent, Scene
+from .shapes import REFINED_WITHIN, refined
 
 # docs/diagnosis.md has the reason of each
 TOLERATED_PER_FREEDOM = 0.10  # excess that the reconstruction itself leaves, per degree of freedom
@@ -37,11 +38,6 @@ STEPS_WITHIN_TOLERANCE = 2.5  # least steps that a gain must be worth where the 
 MOST_JOINED = 4
 PROMISING = 0.2  # of the best gain in a first look: less, and the shapes of a body to be stepped stay few
 REFINED = 3  # of the best effects, between the grid's shapes
-REFINED_WITHIN = 2.5  # times the best excess on the grid; and of the tolerated one, more than which is much
-STEP_SHARES = (0.5, 0.25, 0.12)  # of a shape's first step
-MOST_ROUNDS = 2  # through all values with one step
-LEAST_REFINEMENT = 8.0  # chi-square: less is not worth another shape
-REFINED_BEYOND = 0.05  # nor is this share of the tolerance: shapes do not mend what reconstruction leaves
 
 
 class Fit:
@@ -151,54 +147,10 @@ class Search:
                     fit = found.last_moved(i)
         return fit
 
-    def refined(self, fit, place):
-        """One effect's shape moved downhill between the grid's; while much is left, from the best of each other start, too."""
-        best, much = self._downhill(fit, place), REFINED_WITHIN * self.tolerated
-        if best.excess > much:
-            for start in self._other_starts(fit, place):
-                if best.excess > much:
-                    best = min(best, self._downhill(start, place), key=lambda found: found.excess)
-        return best
-
-    def _other_starts(self, fit, place):
-        """The best fit with each of the grid's shapes that another one does not lead to."""
-        old, best = fit.chosen[place], {}
-        if not old.family or old not in self.gram.candidates:
-            return []
-        far = [c for c in self.gram.candidates if c.key == old.key and c.family and c.family.start != old.family.start]
-        if not far:
-            return []
-        for found in self.beside([*fit.chosen[:place], *fit.chosen[place + 1:]], far):
-            start = found.chosen[-1].family.start
-            if start not in best or found.excess < best[start].excess:
-                best[start] = found
-        return [found.last_moved(place) for found in best.values()]
-
-    def _downhill(self, fit, place):
-        """One effect's shape moved one value after the other, with ever smaller steps."""
-        done = None  # the step that moves nothing any more
-        for share in (s for s in STEP_SHARES for _ in range(MOST_ROUNDS)):
-            if share == done:
-                continue
-            before = fit
-            for number in range(len(fit.chosen[place].family.directions) if fit.chosen[place].family else 0):
-                fit = self._moved(fit, place, number, share)
-            done = share if fit is before else None
-        self.gram.forget(fit.chosen)
-        return fit
-
-    def _moved(self, fit, place, number, share):
-        """One value of one effect's shape moved up or down, where that is better."""
-        for side in (1, -1):
-            found, better = self._beside_on(fit, place, number, side * share)
-            if better:
-                return found
-        return fit
-
     def all_refined(self, fit):
         """Every effect's shape, the last one's first: it has only been looked for on the grid."""
         for place in reversed(range(len(fit.chosen))):
-            fit = self.refined(fit, place)
+            fit = refined(self, fit, place)
         return fit
 
     def singles(self):
@@ -224,24 +176,14 @@ class Search:
             if key not in starts or fit.excess < starts[key].excess:
                 starts[key] = fit
         near = [fit for fit in starts.values() if not fit.is_physical() and fit.excess < REFINED_WITHIN * best]
-        return [end for fit in near if (end := self.refined(fit, len(chosen))).is_physical()]
+        return [end for fit in near if (end := refined(self, fit, len(chosen))).is_physical()]
 
     def nearest_refined(self, found, place, best):
         """Ranked fits, the effect at `place` of the first few between the grid's shapes if they come near the `best` excess;
         ranked again."""
         near = [fit for fit in found[:REFINED] if fit.excess < REFINED_WITHIN * max(best, self.tolerated)]
-        found = [self.refined(fit, place) for fit in near] + found[len(near):]
+        found = [refined(self, fit, place) for fit in near] + found[len(near):]
         return sorted(found, key=lambda fit: fit.excess)
-
-    def _beside_on(self, fit, place, number, share):
-        """(fit, is it better): one value of one effect's shape moved by a share of its step."""
-        other = fit.chosen[place].family.beside(number, abs(share), np.sign(share))
-        if other is None:
-            return fit, False
-        found = self.fit([*fit.chosen[:place], other, *fit.chosen[place + 1:]])
-        physical = found.is_physical(looking=not fit.is_physical())
-        better = physical and found.excess < fit.excess - max(LEAST_REFINEMENT, REFINED_BEYOND * self.tolerated)
-        return (found, True) if better else (fit, False)
 
     def step(self, before, after):
         """What a step from one fit to another gains: (tempered gain, deviations over the blocks, share closed of what
@@ -271,22 +213,23 @@ class Search:
             shares.append((before - after) / still_open if still_open > 0 else 0.0)
         return max(shares)
 
-    def significant(self, before, after, share):
-        """Is the step from one fit to another worth an effect? `share` of what is left must be closed."""
+    def significant(self, before, after, share, steps=1.0):
+        """Is the step from one fit to another worth an effect? `share` of what is left must be closed, and the gain be worth
+        some least steps."""
         tempered, z, closed = self.step(before, after)
         all_of_it = closed > ALL_OF_IT and tempered > STEPS_OF_ALL * self.least_step
         least_z = LEAST_Z if self.evidence.joints > 1 else SINGLE_JOINT_LEAST_Z
-        enough = tempered > self.least_step and z > (min(least_z, LEAST_Z_OF_ALL) if all_of_it else least_z)
+        enough = tempered > steps * self.least_step and z > (min(least_z, LEAST_Z_OF_ALL) if all_of_it else least_z)
         return bool(enough and (share == 0 or closed > share))
 
-    def must_close(self, before, added, share):
-        """The share that a further effect must close: more at a joint whose effect may just have another form."""
-        joints = {c.joint for c in before.chosen}
+    def is_worth_adding(self, before, after, share):
+        """Is a further effect, the last of `after`, more than what another form of the effect at its joint would do?"""
+        added, joints = after.chosen[-1], {c.joint for c in before.chosen}
         if self.evidence.joints == 1:
-            return SINGLE_JOINT_MUST_CLOSE
+            return self.significant(before, after, SINGLE_JOINT_MUST_CLOSE)
         left = (before.excess - self.tolerated) / max(self.plain.excess - self.tolerated, 1e-9)
         near = left < LEFT_BY_A_FORM and (added.joint in joints or "base" in joints | {added.joint})
-        return SAME_JOINT_MUST_CLOSE if near else share
+        return self.significant(before, after, *((SAME_JOINT_MUST_CLOSE, STEPS_WITHIN_TOLERANCE) if near else (share,)))
 
     def extended(self, singles):
         """One to three effects, from the ranking of single ones."""
@@ -299,10 +242,10 @@ class Search:
         second = self.all_refined(self.reshaped(min(following, key=lambda fit: fit.excess)))
         led = [self.all_refined(self.reshaped(fit)) for fit in self.led_to(best.chosen, second.excess)]
         second = min([second, *led], key=lambda fit: fit.excess)
-        if not self.significant(best, second, self.must_close(best, second.chosen[-1], SECOND_MUST_CLOSE)):
+        if not self.is_worth_adding(best, second, SECOND_MUST_CLOSE):
             return best
         if self._worth_more(second) and (third := self.scan(second.chosen)):
-            if self.significant(second, third[0], self.must_close(second, third[0].chosen[-1], THIRD_MUST_CLOSE)):
+            if self.is_worth_adding(second, third[0], THIRD_MUST_CLOSE):
                 return self.ordered(self.all_refined(third[0]))
         return self.ordered(second)
 
@@ -347,7 +290,7 @@ def search(evidence, base, step=lambda text: None):
     # once more, at parameters fitted with the best effect
     best = first.plain
     if singles and first.significant(first.plain, singles[0], 0.0):
-        best = first.refined(singles[0], 0)
+        best = refined(first, singles[0], 0)
     again = first.gram.fold_strengths(first.columns(best.chosen))[-1][:evidence.bases]
     left = Residuals(first, best.chosen)
     evidence.find_sigma(lambda c: left.of[c.record, c.kind])

@@ -4,7 +4,10 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
+import numpy as np
+
 COLUMN_PENALTY = 0.35  # of the logarithm, for each further column
+AT_LIMIT = 0.01  # of a step: nearer to a limit than this, a value stands there
 UNUSUAL_WIDTH = 0.5  # of the logarithm of a size beyond what is usual
 
 
@@ -26,6 +29,7 @@ class Family:
     high: tuple
     together: tuple = ()  # ((value, part of its step), ...) of values that are moved together, too
     start: str = ""
+    rough: bool = False  # many valleys: looked for from several of the grid's shapes
 
     @property
     def directions(self):
@@ -41,6 +45,14 @@ class Family:
             if not self.low[k] <= values[k] <= self.high[k]:
                 return None
         return self.make(*map(float, values))
+
+    def moved(self, shares):
+        """The candidate with each value moved by a share of its step, at the most to its limit, and there from close by: a
+        spring that hardens by next to nothing is a straight one."""
+        by = [x * step**u if step > 1 else x + u * step for x, step, u in zip(self.values, self.steps, shares)]
+        near = np.array([0.0 if step > 1 else AT_LIMIT * step for step in self.steps])
+        at_low, at_high = by - near < self.low, by + near > self.high
+        return self.make(*map(float, np.where(at_low, self.low, np.where(at_high, self.high, by))))
 
 
 @dataclass(frozen=True, eq=False)

@@ -25,7 +25,7 @@ SOFT_SHARE, SOFT_LOAD, CUBE_LOAD = 0.5, 0.2, 1.0
 BOTH_FRICTIONS = (((2, 0.5), (3, -1.0)), ((2, 1.0), (3, 1.0)))  # dry for viscous at the speeds of a leg, and both
 SOFTER = (((0, 1.0), (6, -1.0)), ((0, 1.0), (5, -0.5)))  # stiffer, but soft up to the same load; stiffer, but softer at first
 TEETH_DAMPING_RATIO = 0.1
-KNEE_TEETH_DAMPING_RATIO = 0.3  # its light rotor gives way, and the recorded motion is a wall that bounces more
+KNEE_TEETH_DAMPING_RATIO = 0.5  # its light rotor gives way, and the recorded motion is a wall that bounces more
 # Of a leg's gears: what looks stiffer, or less lost, is the trace of something else in the smoothed acceleration
 STIFFEST_NM_RAD, LEAST_GAP_RAD = 15000.0, 0.0005
 BEGIN_SHARE = 0.15  # of an effect whose jolts come at the wrong time, from which the right shape may still be found
@@ -193,7 +193,7 @@ def backlash(at):
         figures = lambda x: {"gap_rad": float(x[0]) * gap, "stiffness_Nm_rad": stiffness}
         family = Family(lost, (gap, stiffness, dry, viscous, motor, damping, drag), (1.7, 3.0, 0.3, 0.3, 0.2, 1.7, 0.06),
                         (max(2e-4, least), 500.0, 0.0, 0.0, 0.02, 0.05, 0.0), (0.03, 50000.0, 1.0, 1.0, 0.7, 1.0, 0.3),
-                        BOTH_FRICTIONS)  # fmt: skip
+                        BOTH_FRICTIONS, rough=True)  # fmt: skip
         return Candidate("backlash", at.name, f"{1e3 * gap:.2g} mrad, {stiffness:g} Nm/rad{_sides(shape)}",
                          (_behind(at.number, shape),), figures, (max(0.4, least / gap),), (1.8,), _saved(at, shape), family,
                          begin_low=begin_low)  # fmt: skip

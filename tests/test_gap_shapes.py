@@ -1,0 +1,76 @@
+"""tools/gap/shapes.py: all values of a shape at once, against SciPy; and lost motion, on a bench that shares no code with the library."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from gap.catalogue.candidate import Candidate, Family
+from gap.shapes import refined
+from hidden_effect import bench_with, diagnosed
+from scipy.optimize import curve_fit
+
+from blind import effects, running
+
+T_S = np.linspace(0.0, 2.0, 400)
+
+
+def ringing(t_s, size, fades_s, rate, lag):
+    return size * np.exp(-t_s / fades_s) * np.sin(rate * t_s - lag)
+
+
+def candidate(*values):
+    family = Family(candidate, values, (1.5, 1.2, 0.5), (0.05, 2.0, -1.0), (5.0, 40.0, 1.0))
+    return Candidate("cogging", "joint", "", (lambda _: ringing(T_S, 1.0, *values),), dict, family=family)
+
+
+class PlainSearch:
+    """One layout without base columns: what shapes.py asks of a search."""
+
+    tolerated = 1.0
+
+    def __init__(self, reading, start):
+        self.reading, self.gram = reading, self
+        self.candidates = [start]
+
+    def gathered(self, columns):
+        return [np.array([column(None) for column in columns])]
+
+    def products(self, rows):
+        every = np.vstack([*rows, self.reading])
+        return every @ every.T
+
+    def columns(self, chosen):
+        return [column for one in chosen for column in one.columns]
+
+    def forget(self, kept):
+        """Nothing is kept here."""
+
+    def fit(self, chosen):
+        (rows,) = self.gathered(self.columns(chosen))
+        strengths = np.linalg.lstsq(rows.T, self.reading, rcond=None)[0]
+        excess = float(np.sum((self.reading - strengths @ rows) ** 2)) - len(T_S)
+        return SimpleNamespace(chosen=chosen, strengths=[strengths], excess=excess, is_physical=lambda looking=False: True)
+
+
+def test_all_values_of_a_shape_end_where_scipy_ends():
+    """Three values that hang together and a strength, from a start a step away in each."""
+    true = (300.0, 0.6, 12.0, 0.3)
+    reading = ringing(T_S, *true) + np.random.default_rng(3).standard_normal(len(T_S))
+    start = candidate(0.9, 10.5, -0.1)
+    search = PlainSearch(reading, start)
+    found = refined(search, search.fit([start]), 0)
+    wanted, _ = curve_fit(ringing, T_S, reading, p0=true)
+    assert (float(found.strengths[0][0]), *found.chosen[0].family.values) == pytest.approx(wanted, rel=0.01)
+
+
+FREE = {"gap_half": 0.0006, "stiffness": 11000.0, "damping": 0.0012, "elastic_form": 1, "rotor_share": 0.23, "link_share": 0.04,
+        "viscous_share": 0.19, "gap_coulomb": 0.0}  # fmt: skip
+
+
+def test_lost_motion_at_the_knee_closes_on_a_motion_that_was_never_given(tmp_path):
+    """No encoder sees the gap: the wrong place of friction or rotor makes the link's jolts come at other times."""
+    bench = bench_with(tmp_path, "backlash", "knee", effects.of("knee", **FREE))
+    gap = diagnosed(bench, "backlash", "knee")
+    assert gap["gap_rad"] == pytest.approx(2 * FREE["gap_half"], rel=0.1)
+    rms = running.unseen(bench, bench / "fitted.yaml", tmp_path)
+    assert rms["extended"]["knee"] ** 2 < 0.25 * rms["identified"]["knee"] ** 2

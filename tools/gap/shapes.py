@@ -1,0 +1,157 @@
+"""Shapes of effects between the grid's: one value after the other, and all of them at once by Gauss and Newton, as
+Levenberg and Marquardt damp it. Every step is judged on held-out blocks, as all fits are."""
+
+import numpy as np
+
+from .gram import solve
+
+REFINED_WITHIN = 2.5  # times the best excess on the grid; and of the tolerated one, more than which is much
+STEP_SHARES, FINE_SHARES = (0.5, 0.25, 0.12), (0.25, 0.12)  # of a shape's first step
+MOST_ROUNDS = 2  # through all values with one step
+LEAST_GAIN = 8.0  # chi-square: less is not worth another shape
+GAIN_OF_TOLERANCE = 0.05  # nor is this share of it: shapes do not mend what reconstruction leaves
+SLOPE_SHARE = 0.15  # of a shape's first step, over which slopes are taken: jolts make shorter ones rough
+DAMPINGS = (0.003, 0.03, 0.3, 3.0)  # of the excess, that a step as long as the first one costs
+MOST_STEPS = 5  # of Gauss and Newton
+ROUGH_STARTS = 5  # of the grid's shapes, where valleys are many
+ROUGH_WITHIN, ROUGH_ENDS = 1.5, 2  # times the best end's excess, and so many of them, to be followed further
+
+
+def refined(search, fit, place):
+    """The fit with one effect's shape moved downhill; while much is left, from others of the grid's shapes, too."""
+    much = REFINED_WITHIN * search.tolerated
+    best = _newton(search, _stepwise(search, fit, place), place)
+    on_grid = fit.chosen[place].family and fit.chosen[place] in search.gram.candidates
+    if best.excess > much and on_grid:
+        best = _from_valleys(search, best, _grid_starts(search, fit, place, rough=True), place)
+        for start in _grid_starts(search, fit, place, rough=False):
+            if best.excess > much:
+                best = min(best, _newton(search, _stepwise(search, start, place), place), key=_excess)
+    return best
+
+
+def _excess(fit):
+    return fit.excess
+
+
+def _is_better(search, found, fit):
+    """Is a fit worth another shape, and physical, or at least what leads there if the old one is not?"""
+    gain = fit.excess - found.excess
+    physical = found.is_physical(looking=not fit.is_physical())
+    return physical and gain > max(LEAST_GAIN, GAIN_OF_TOLERANCE * search.tolerated)
+
+
+# ---- starts ------------------------------------------------------------------------
+
+
+def _grid_starts(search, fit, place, rough):
+    """Fits with other shapes of the grid: where valleys are many the best few; else the best of those that no way leads to."""
+    old, others = fit.chosen[place], [*fit.chosen[:place], *fit.chosen[place + 1:]]
+    far = [c for c in search.gram.candidates if c.key == old.key and c.family]
+    if rough:
+        far = far if old.family.rough else []
+    else:
+        far = [c for c in far if c.family.start != old.family.start]
+    found = sorted(search.beside(others, far, looking=rough) if far else [], key=_excess)
+    best = {}
+    for one in found:
+        best.setdefault(one.chosen[-1].family.start, one)
+    return [one.last_moved(place) for one in (found[:ROUGH_STARTS] if rough else best.values())]
+
+
+def _from_valleys(search, best, starts, place):
+    """The best of what is found from several starts, the nearest ends followed further."""
+    if not starts:
+        return best
+    ends = [end for start in starts if (end := _newton(search, start, place)).is_physical()]
+    ends = sorted([best, *ends], key=_excess)[:ROUGH_ENDS]
+    near = [end for end in ends if end.excess < ROUGH_WITHIN * ends[0].excess]
+    further = [_newton(search, _stepwise(search, end, place, FINE_SHARES), place) for end in near]
+    return min([best, *further], key=_excess)
+
+
+# ---- one value after the other -----------------------------------------------------
+
+
+def _stepwise(search, fit, place, shares=STEP_SHARES):
+    """One effect's shape moved one value after the other, with ever smaller steps."""
+    done = None  # the step that moves nothing any more
+    for share in (s for s in shares for _ in range(MOST_ROUNDS)):
+        if share == done:
+            continue
+        before = fit
+        for number in range(len(fit.chosen[place].family.directions) if fit.chosen[place].family else 0):
+            fit = _moved(search, fit, place, number, share)
+        done = share if fit is before else None
+    search.gram.forget(fit.chosen)
+    return fit
+
+
+def _moved(search, fit, place, number, share):
+    """One value of one effect's shape moved up or down, where that is better."""
+    for side in (1, -1):
+        other = fit.chosen[place].family.beside(number, share, side)
+        if other is not None and _is_better(search, found := _with(search, fit, place, other), fit):
+            return found
+    return fit
+
+
+def _with(search, fit, place, other):
+    """The fit with another candidate at one place."""
+    return search.fit([*fit.chosen[:place], other, *fit.chosen[place + 1:]])
+
+
+# ---- all values at once ------------------------------------------------------------
+
+
+def _newton(search, fit, place):
+    """One effect's shape moved with all its values at once, if it has several."""
+    family = fit.chosen[place].family
+    for _ in range(MOST_STEPS if family and len(family.values) > 1 else 0):
+        before, fit = fit, _stepped(search, fit, place)
+        search.gram.forget(fit.chosen)
+        if fit is before:
+            break
+    return fit
+
+
+def _stepped(search, fit, place):
+    """One step; with more damping as long as that makes it better."""
+    best = fit
+    for moves in _moves(search, fit, place):
+        found = _with(search, fit, place, fit.chosen[place].family.moved(moves))
+        if _is_better(search, found, fit) and found.excess < best.excess:
+            best = found
+        elif best is not fit:
+            break
+    return best
+
+
+def _moves(search, fit, place):
+    """Shares of its first step that each value should move by, as the slopes have it, for ever more damping."""
+    numbers, slopes = _slopes(search.gram, fit.chosen[place], fit.strengths[place])
+    rows = search.gram.gathered(search.columns(fit.chosen))
+    products = search.gram.products([np.concatenate(both) for both in zip(rows, slopes)])
+    own = np.arange(len(products) - 1 - len(numbers), len(products) - 1)
+    for damping in DAMPINGS:
+        damped, moves = products.copy(), np.zeros(len(fit.chosen[place].family.values))
+        damped[own, own] += damping * max(fit.excess, 1.0)
+        moves[numbers] = solve(damped)[own]
+        yield np.clip(moves, -1.0, 1.0)
+
+
+def _slopes(gram, candidate, strengths):
+    """(numbers of the values that can move, what each changes in the rows, by its first step: (values, rows) a layout)."""
+
+    def shown(one):
+        return [np.tensordot(strengths, rows, 1) for rows in gram.gathered(one.columns)]
+
+    here, numbers, found = shown(candidate), [], []
+    for number in range(len(candidate.family.values)):
+        beside = ((side, candidate.family.beside(number, SLOPE_SHARE, side)) for side in (1, -1))
+        side, other = next(((side, other) for side, other in beside if other is not None), (0, None))
+        if other is not None:
+            numbers.append(number)
+            found.append([side * (there - rows) / SLOPE_SHARE for there, rows in zip(shown(other), here)])
+    every = [[one[number] for one in found] for number in range(len(here))]
+    return numbers, [np.array(rows).reshape(len(numbers), len(plain)) for rows, plain in zip(every, here)]
