@@ -112,10 +112,10 @@ class Search:
         fits = [self._fit([*chosen, c], *one) for c, one in zip(candidates, found)]
         return [fit for fit in fits if fit.is_physical(looking)]
 
-    def scan(self, chosen):
+    def scan(self, chosen, looking=False):
         """The best shape of every (effect, joint) beside the chosen ones, best first."""
         best, taken = {}, {c.key for c in chosen}
-        for fit in self.beside(chosen, [c for c in self.gram.candidates if c.key not in taken]):
+        for fit in self.beside(chosen, [c for c in self.gram.candidates if c.key not in taken], looking):
             key = fit.chosen[-1].key
             if key not in best or fit.excess < best[key].excess:
                 best[key] = fit
@@ -285,7 +285,7 @@ def search(evidence, base, step=lambda text: None):
     step("candidates")
     first = Search(evidence, base, sparse if evidence.leg else list)
     step("single effects")
-    singles = first.scan([])
+    singles = first.scan([], looking=True)
     # candidates are made of the plain model's torques, and coloured noise shows beside a model that knows the motion:
     # once more, at parameters fitted with the best effect
     best = first.plain

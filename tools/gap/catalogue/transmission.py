@@ -28,6 +28,7 @@ TEETH_DAMPING_RATIO = 0.1
 KNEE_TEETH_DAMPING_RATIO = 0.5  # its light rotor gives way, and the recorded motion is a wall that bounces more
 # Of a leg's gears: what looks stiffer, or less lost, is the trace of something else in the smoothed acceleration
 STIFFEST_NM_RAD, LEAST_GAP_RAD = 15000.0, 0.0005
+STIFFER_SHARE = 0.05  # of a spring's twist: a stiffer one, that a first look may have had with other friction alone
 BEGIN_SHARE = 0.15  # of an effect whose jolts come at the wrong time, from which the right shape may still be found
 FASTEST_SWING = 4.0  # rad from sample to sample, of a link on a spring: a stiffer one follows at once
 USUAL_SPRING_NM_RAD = (1.0, 15.0)
@@ -136,6 +137,7 @@ def elasticity(at):
     if _hidden(at):
         return
     j = at.number
+    begin_low = (STIFFER_SHARE,) if at.evidence.leg else None
 
     def soft(stiffness, dry, viscous, motor, damping=SPRING_DAMPING_RATIO, share=1.0, begin=SOFT_RAD, harder=0.0):
         shape = LinkShape(stiffness, 0.0, dry, viscous, motor, damping, begin, share, harder * stiffness / HARDER_RAD**2)
@@ -147,7 +149,7 @@ def elasticity(at):
                          Family(soft, (stiffness, dry, viscous, motor, damping, share, begin, harder),
                                 (2.0, 0.3, 0.3, 0.2, 1.7, 0.5, 2.0, 0.4), (100.0, 0.0, 0.0, 0.02, 0.02, 0.1, 2e-4, 0.0),
                                 (30000.0, 1.0, 1.0, 0.7, 1.0, 1.0, 0.02, 4.0), SOFTER,
-                                start="cube" if harder else "soft" if share < 1.0 else ""))  # fmt: skip
+                                start="cube" if harder else "soft" if share < 1.0 else ""), begin_low=begin_low)  # fmt: skip
 
     fastest = FASTEST_SWING / max(scene.step_s for scene in at.scenes)
     stiffnesses = [k for k in STIFFNESSES_NM_RAD if k <= at.scenes[0].link_inertia[j] * fastest**2]
