@@ -10,7 +10,8 @@ from .words import Scale
 COORDINATE_LABELS = {
     "position": "position [rad]", "velocity": "velocity [rad/s]", "acceleration": "acceleration [rad/s²]",
     "load": "load at the joint [Nm]", "current": "motor torque [Nm]", "time": "time [s]",
-    "reversal": "time since the motion or the load turned [s]",
+    "reversal": "time since the motion or the load turned [s]", "motor_angle": "motor angle [orders per turn]",
+    "frequency": "frequency [Hz]", "encoder": "encoders' disagreement over position [rad]",
 }  # fmt: skip
 SPECTRA = ("motor_angle", "frequency")
 MOST_MAPS = 3  # for each joint
@@ -41,8 +42,13 @@ class Shown:
         out.chart(f"{self.joint}: {title}", x_label, f"{y_label} [{scale.unit}]", [(*of, scale(y)) for *of, y in lines])
 
     def label(self, coordinate):
-        label = COORDINATE_LABELS[coordinate]
-        return label.replace("Nm", "N").replace("rad", "m").replace("torque", "force") if self.slider else label
+        return coordinate_label(coordinate, self.slider)
+
+
+def coordinate_label(coordinate, slider):
+    """A coordinate of `where` in words, with its unit."""
+    label = COORDINATE_LABELS[coordinate]
+    return label.replace("Nm", "N").replace("rad", "m").replace("torque", "force") if slider else label
 
 
 def maps(out, found):

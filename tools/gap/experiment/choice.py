@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from .. import verdict as judging
+from ..words import name as effect_name
 from . import camera
 from .gain import Contest, Explanation
 from .menu import ANY_MOTION, LONGEST_S, MARGIN, PAYLOAD, TRAJECTORIES, beyond, by_effect
@@ -82,7 +83,7 @@ def explanation(search, chosen, key):
     if key == chosen[0].key:  # between the grid's shapes
         fits.append(search.fit([*chosen[1:], chosen[0]]))
     fits = sorted(fits, key=lambda fit: fit.excess)[:SHAPES]
-    name = f"{key[0]} of the {key[1]}"
+    name = f"{effect_name(key[0])} of the {key[1]}"
     return Explanation(name, [[fit.chosen[-1], *chosen[1:]] for fit in fits], fits[0].excess) if fits else None
 
 
@@ -127,7 +128,7 @@ def options(search, contest, limits):
 def head_of(verdict, contest):
     if verdict.effect == "unknown":
         return "A systematic gap remains that no known effect explains"
-    named = f"{verdict.fit.chosen[0].effect} of the {verdict.fit.chosen[0].joint}"
+    named = f"{effect_name(verdict.fit.chosen[0].effect)} of the {verdict.fit.chosen[0].joint}"
     if verdict.confusable():
         return f"{listed([named, *(x.name for x in contest.others)])} are not told apart by these recordings"
     return f"Nothing rivals {named}; what follows would confirm it"
