@@ -23,8 +23,8 @@ def refined(search, fit, place):
     best = _newton(search, _stepwise(search, fit, place), place)
     on_grid = fit.chosen[place].family and fit.chosen[place] in search.gram.candidates
     if best.excess > much and on_grid:
-        best = _from_valleys(search, best, _grid_starts(search, fit, place, rough=True), place)
-        for start in _grid_starts(search, fit, place, rough=False):
+        best = _from_valleys(search, best, _valleys(search, fit, place), place)
+        for start in _other_starts(search, fit, place):
             if best.excess > much:
                 best = min(best, _newton(search, _stepwise(search, start, place), place), key=_excess)
     return best
@@ -44,19 +44,27 @@ def _is_better(search, found, fit):
 # ---- starts ------------------------------------------------------------------------
 
 
-def _grid_starts(search, fit, place, rough):
-    """Fits with other shapes of the grid: where valleys are many the best few; else the best of those that no way leads to."""
+def _on_the_grid(search, fit, place, wanted, looking=False):
+    """Fits with other shapes of the grid, the `wanted` families', best first."""
     old, others = fit.chosen[place], [*fit.chosen[:place], *fit.chosen[place + 1:]]
-    far = [c for c in search.gram.candidates if c.key == old.key and c.family]
-    if rough:
-        far = far if old.family.rough else []
-    else:
-        far = [c for c in far if c.family.start != old.family.start]
-    found = sorted(search.beside(others, far, looking=rough) if far else [], key=_excess)
-    best = {}
-    for one in found:
-        best.setdefault(one.chosen[-1].family.start, one)
-    return [one.last_moved(place) for one in (found[:ROUGH_STARTS] if rough else best.values())]
+    shapes = [c for c in search.gram.candidates if c.key == old.key and c.family and wanted(c.family)]
+    found = search.beside(others, shapes, looking) if shapes else []
+    return [one.last_moved(place) for one in sorted(found, key=_excess)]
+
+
+def _valleys(search, fit, place):
+    """The best few shapes of the grid, where valleys are many."""
+    if not fit.chosen[place].family.rough:
+        return []
+    return _on_the_grid(search, fit, place, lambda family: True, looking=True)[:ROUGH_STARTS]
+
+
+def _other_starts(search, fit, place):
+    """The best of each kind of shape that no way leads to from this one."""
+    here, best = fit.chosen[place].family.start, {}
+    for one in _on_the_grid(search, fit, place, lambda family: family.start != here):
+        best.setdefault(one.chosen[place].family.start, one)
+    return list(best.values())
 
 
 def _from_valleys(search, best, starts, place):
