@@ -132,12 +132,43 @@ static void step_sample(link_state *s, int count, const double v[2], double bulg
   }
 }
 
+/* the bulge that carries the motor on by its angle: 6 over what the steps amid [0, 1] make of w (1 - w) */
+static double bulge_of(int count, double mean_rad_s, const double v[2]) {
+  return 6.0 / (1.0 + 0.5 / ((double)count * count)) * (mean_rad_s - 0.5 * (v[0] + v[1]));
+}
+
+/* The link as it is at the first row, with the torque's sum over the half sample before it. What came before is not
+ * known, and a wrong begin rings for long: so the recorded motion is run backwards up to there, in which it dies out. */
+static link_state settled_link(const tl_stepped_link *link, int count, const double *t_s,
+                               const double *motor_rad, const double *motor_rad_s, const double *other_Nm,
+                               size_t n, double *before_Nm) {
+  tl_stepped_link from = *link;
+  half_sample half[2];
+  link_state s;
+  size_t k = 0;
+
+  while (k + 1 < n && t_s[k] - t_s[0] < link->settle_s) k++;
+  if (k > 0) from.first_Nm = other_Nm[k];
+  s = begin_link(&from, n == 0 ? 0.0 : k > 0 ? -motor_rad_s[k] : motor_rad_s[0]);
+  *before_Nm = 0.5 * count * from.first_Nm;
+  if (k == 0) return s;
+  for (; k > 0; k--) {
+    const double back[2] = {-motor_rad_s[k], -motor_rad_s[k - 1]}, load[2] = {other_Nm[k], other_Nm[k - 1]};
+    double h = t_s[k] - t_s[k - 1];
+    set_step(&s, link, h / count);
+    step_sample(&s, count, back, bulge_of(count, (motor_rad[k - 1] - motor_rad[k]) / h, back), load, half);
+  }
+  *before_Nm = half[1].torque;
+  s.speed = -s.speed;
+  return s;
+}
+
 void tl_stepped_link_along(const tl_stepped_link *link, const double *t_s, const double *motor_rad,
                            const double *motor_rad_s, const double *other_Nm, size_t n,
                            tl_stepped_motion *out) {
   int count = tl_stepped_link_steps(link);
-  link_state s = begin_link(link, n > 0 ? motor_rad_s[0] : 0.0);
-  half_sample half[2], before = {0.5 * count * link->first_Nm, 0.0};
+  half_sample half[2], before = {0.0, 0.0};
+  link_state s = settled_link(link, count, t_s, motor_rad, motor_rad_s, other_Nm, n, &before.torque);
   double h, before_s = 0.0;
   size_t k;
 
@@ -145,11 +176,8 @@ void tl_stepped_link_along(const tl_stepped_link *link, const double *t_s, const
     out->angle_rad[k] = s.angle;
     h = t_s[k + 1] - t_s[k];
     set_step(&s, link, h / count);
-    /* 6 over what the steps amid [0, 1] make of w (1 - w) */
     step_sample(&s, count, &motor_rad_s[k],
-                6.0 / (1.0 + 0.5 / ((double)count * count)) *
-                    ((motor_rad[k + 1] - motor_rad[k]) / h - 0.5 * (motor_rad_s[k] + motor_rad_s[k + 1])),
-                &other_Nm[k], half);
+                bulge_of(count, (motor_rad[k + 1] - motor_rad[k]) / h, &motor_rad_s[k]), &other_Nm[k], half);
     out->torque_Nm[k] = (before.torque + half[0].torque) / count;
     out->link_rad_s2[k] = 2.0 * (before.speed + half[0].speed) / (k > 0 ? before_s + h : h);
     before = half[1];

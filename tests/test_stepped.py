@@ -118,6 +118,19 @@ def test_a_link_that_begins_under_its_load_does_not_ring():
     assert angle == pytest.approx(-(0.003 + load / 500), rel=1e-9) and torque == pytest.approx(load, rel=1e-9)
 
 
+def test_a_link_whose_recording_begins_amid_its_motion_does_not_ring():
+    """The forced oscillation in closed form from the first row on; a link that began without its twist would ring for seconds."""
+    step_s, k, inertia, damping_s, w = 0.004, 300.0, 0.05, 0.0008, 9.0
+    t_s = step_s * np.arange(1000)
+    motor = lambda power: np.ascontiguousarray(np.real(0.3 * (1j * w) ** power * np.exp(1j * (w * t_s + 0.7))))
+    response = inertia * w**2 / (k - inertia * w**2 + 1j * k * damping_s * w)
+    want = np.real(0.3 * response * np.exp(1j * (w * t_s + 0.7)))
+    shape = {"stiffness_Nm_rad": k, "inertia_kg_m2": inertia, "step_s": step_s, "damping_s": damping_s}
+    off = [np.abs(link_along({**shape, "settle_s": settle_s}, motor(0), motor(1), np.zeros(1000))[0] - want).max()
+           for settle_s in (0.0, 2.0)]  # fmt: skip
+    assert off[0] > 0.5 * np.abs(want).max() and off[1] < 0.05 * np.abs(want).max()
+
+
 def test_the_motors_angle_counts_where_its_speed_does_not_tell():
     """A step of the motor's angle between samples of no speed moves the link as the step does."""
     n, step_s, k, inertia = 4000, 0.001, 300.0, 0.05

@@ -16,6 +16,8 @@ extern "C" {
 void tl_stepped_dahl(const double *position, size_t n, double travel, double power, double first,
                      double *state);
 
+#define TL_STEPPED_SETTLE_S 2.0 /* in which a link on its spring comes to rest, of a joint's gear */
+
 /* A link behind a spring and a gap, driven by the motor's recorded motion. */
 typedef struct tl_stepped_link {
   double stiffness_Nm_rad, gap_rad; /* > 0; the whole lost motion, >= 0 */
@@ -27,7 +29,8 @@ typedef struct tl_stepped_link {
   double inertia_kg_m2;             /* of the link, > 0 */
   double coulomb_Nm, viscous_Nms_rad;
   double damping_s; /* of the spring: its damping over its stiffness */
-  double first_Nm;  /* torque through the spring at the begin: a link that starts elsewhere rings for long */
+  double settle_s;  /* so long the motion runs backwards before its begin: a link that starts wrong rings */
+  double first_Nm;  /* torque through the spring at the begin, where settle_s is 0 */
   double step_s;
 } tl_stepped_link;
 

@@ -30,6 +30,7 @@ static tl_stepped_link link_of(const tl_effect_stretch *s, const tl_model *bare,
   link.viscous_share = p->viscous_share;
   link.coulomb_Nm = s->model->drive[joint].coulomb_Nm;
   link.viscous_Nms_rad = s->model->drive[joint].viscous_Nms_rad;
+  link.settle_s = TL_STEPPED_SETTLE_S;
   link.step_s = mean_step_s(s);
   return link;
 }
@@ -58,7 +59,6 @@ void tl_along_link(const tl_effect_stretch *s, const tl_along_behind *p, int joi
   link = link_of(s, &bare, p, joint);
   tl_along_load(s, &bare, joint, load);
   for (i = 0; i < s->n; i++) other[i] = load[i] - link.inertia_kg_m2 * s->a[joint][i];
-  link.first_Nm = rigid_torque(s, p, joint, load[0], 0);
   tl_stepped_link_along(&link, s->t_s, s->q[joint], s->v[joint], other, s->n, &motion);
   if (shows >= TL_MAX_JOINTS) {
     tl_along_copy(column, shift[0], s->n);

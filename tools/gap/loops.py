@@ -6,6 +6,7 @@ import numpy as np
 
 from talus import ffi, lib, pointer
 
+SETTLE_S = 2.0  # in which a link on its spring comes to rest, as the library's own law has it
 MOST_STEPS = 60  # of the link for one sample
 LARGEST_STEP = 1.0  # rad: beyond it a stepped oscillation grows
 
@@ -38,16 +39,16 @@ class LinkShape:
         return 2 * self.damping_ratio * np.sqrt(inertia / self.stiffness)
 
 
-def link_behind(shape, t_s, motor, other_Nm, first_Nm, inertia, coulomb_Nm, viscous):
+def link_behind(shape, t_s, motor, other_Nm, inertia, coulomb_Nm, viscous):
     """Angle of the link less the motor's, torque through the spring, and acceleration of the link, at the samples t_s.
 
     The motor's angle and speed (at the joint) are given, and the torque `other_Nm` that the link needs besides its
-    inertia and friction; at the begin the spring carries `first_Nm`."""
+    inertia and friction."""
     link = ffi.new("tl_stepped_link *", {
         "stiffness_Nm_rad": shape.stiffness, "gap_rad": 2 * shape.half, "soft_rad": shape.soft_rad, "soft_share": shape.soft_share,
         "hardening_Nm_rad3": shape.hardening, "drag_Nm": shape.drag_Nm, "friction_share": shape.dry, "viscous_share": shape.viscous,
         "damping_s": shape.damping_s(inertia), "inertia_kg_m2": inertia, "coulomb_Nm": coulomb_Nm,
-        "viscous_Nms_rad": viscous, "first_Nm": first_Nm,
+        "viscous_Nms_rad": viscous, "settle_s": SETTLE_S,
         "step_s": (t_s[-1] - t_s[0]) / (len(t_s) - 1)})  # fmt: skip
     rows = [np.ascontiguousarray(x, float) for x in (t_s, *motor, other_Nm)]
     out = np.empty((3, len(t_s)))

@@ -81,7 +81,7 @@ def _answer(scene, j, shape):
     for part in scene.track.parts:
         rows = slice(part["begin"], part["end"])
         out[:, rows] = link_behind(
-            shape, scene.t_s[rows], (scene.q[j][rows], scene.v[j][rows]), other[rows], rigid[rows][0], inertia,
+            shape, scene.t_s[rows], (scene.q[j][rows], scene.v[j][rows]), other[rows], inertia,
             scene.coulomb_Nm[j], scene.viscous[j])  # fmt: skip
         out[1:, rows] -= rigid[rows], scene.a[j][rows]
     return out
