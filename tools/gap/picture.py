@@ -8,7 +8,7 @@ import talus
 from talus import constants
 
 from . import picture_maps, words
-from .picture_maps import coordinate_label
+from .picture_maps import coordinate_unit
 from .words import Scale, sentence
 
 __all__ = ["page", "sentence"]
@@ -148,8 +148,9 @@ def _where(out, report):
         share, (low, high) = f"{100 * one['share']:.1f} %", one["range"]
         interval = " to ".join(f"{100 * x:.1f}" for x in one["interval"]) + " %" if "interval" in one else ""
         deviations = f"{one['deviations']:.3g}" if "deviations" in one else ""
-        label = coordinate_label(one["coordinate"], report["gap"][one["joint"]]["unit"] == "N")
-        rows.append([f"{one['joint']}, {label}", share, interval, deviations, f"{low:.4g} to {high:.4g}"])
+        unit = coordinate_unit(one["coordinate"], report["gap"][one["joint"]]["unit"] == "N")
+        place = f"{low:.4g} to {high:.4g} {unit}"
+        rows.append([f"{one['joint']}, {words.name(one['coordinate'])}", share, interval, deviations, place])
     out.table("Before any effect is added", ["joint, over", "share", "95 % interval", "deviations", "mostly in"], rows)
     out.paragraph("Share is of the systematic energy: the first of a joint has all that it explains, the others at most what "
                   "that leaves. Deviations say how far it stands above what noise alone would show.")

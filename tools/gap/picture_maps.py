@@ -11,7 +11,7 @@ COORDINATE_LABELS = {
     "position": "position [rad]", "velocity": "velocity [rad/s]", "acceleration": "acceleration [rad/s²]",
     "load": "load at the joint [Nm]", "current": "motor torque [Nm]", "time": "time [s]",
     "reversal": "time since the motion or the load turned [s]", "motor_angle": "motor angle [orders per turn]",
-    "frequency": "frequency [Hz]", "encoder": "encoders' disagreement over position [rad]",
+    "frequency": "frequency [Hz]", "encoder": "position [rad]",
 }  # fmt: skip
 SPECTRA = ("motor_angle", "frequency")
 MOST_MAPS = 3  # for each joint
@@ -49,6 +49,10 @@ def coordinate_label(coordinate, slider):
     """A coordinate of `where` in words, with its unit."""
     label = COORDINATE_LABELS[coordinate]
     return label.replace("Nm", "N").replace("rad", "m").replace("torque", "force") if slider else label
+
+
+def coordinate_unit(coordinate, slider):
+    return coordinate_label(coordinate, slider).split("[")[1].rstrip("]")
 
 
 def maps(out, found):
