@@ -5,6 +5,7 @@ The bench shares no code with the library, so that each proves the other."""
 
 import copy
 import hashlib
+import itertools
 import json
 import sys
 
@@ -209,10 +210,13 @@ def test_a_drive_is_not_asked_for_currents_at_which_its_droop_would_take_all_tor
 @pytest.mark.parametrize("effect", list(effects.CATALOGUE))
 def test_effects_survive_identification(effect):
     """Of six draws of each effect most can be seen, and none is nothing."""
-    found, place = [], list(effects.CATALOGUE).index(effect)
-    for number in range(6):
-        case = cases.Case(77, number, SINGLE)
+    found, place, numbers = [], list(effects.CATALOGUE).index(effect), itertools.count()
+    while len(found) < 6:
+        case = cases.Case(77, next(numbers), SINGLE)
         case.drawn = [effects.draw(case.streams["effect"], case.plant, (place + 0.5) / len(effects.CATALOGUE))]
+        first = case.simulate(case.drawn)
+        if first and cases.drive_gives_out(case.drawn, first):
+            continue  # on this bench such a droop is no case
         simulated = cases.settle(case)
         assert case.drawn[0].effect == effect  # the leg stayed in its range
         ratios, _ = case.ratios(simulated, case.drawn)
