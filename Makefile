@@ -359,7 +359,7 @@ paper:
 
 # Cases stay in their folders: an interrupted check goes on where it was. The checksums of the labels are printed
 # before the diagnosis begins.
-SEED ?= 206 207
+SEED ?= 208 209
 COUNT ?= 220
 BLIND ?= $(BUILD)/blind
 blind_folders = $(foreach s,$(SEED),$(BLIND)/seed$(s)-$(COUNT))
