@@ -46,7 +46,7 @@ typedef struct {
   double angle, speed; /* the link's angle less the motor's; the link's speed */
 } link_state;
 
-static link_state begin_link(const tl_stepped_link *link, double speed) {
+static link_state begin_link(const tl_stepped_link *link, double first_Nm, double speed) {
   link_state s;
 
   s.stiffness = link->stiffness_Nm_rad;
@@ -57,8 +57,8 @@ static link_state begin_link(const tl_stepped_link *link, double speed) {
   s.drag_Nm = link->drag_Nm;
   s.damping = link->damping_s * link->stiffness_Nm_rad;
   s.h = s.h_over_inertia = s.drag = s.dry = s.slow = 0.0;
-  s.angle = -link->first_Nm / link->stiffness_Nm_rad;
-  if (link->first_Nm != 0.0) s.angle += link->first_Nm > 0.0 ? -s.half : s.half;
+  s.angle = -first_Nm / link->stiffness_Nm_rad;
+  if (first_Nm != 0.0) s.angle += first_Nm > 0.0 ? -s.half : s.half;
   s.speed = speed;
   return s;
 }
@@ -142,16 +142,13 @@ static double bulge_of(int count, double mean_rad_s, const double v[2]) {
 static link_state settled_link(const tl_stepped_link *link, int count, const double *t_s,
                                const double *motor_rad, const double *motor_rad_s, const double *other_Nm,
                                size_t n, double *before_Nm) {
-  tl_stepped_link from = *link;
-  half_sample half[2];
+  half_sample half[2] = {{0.0, 0.0}, {0.0, 0.0}};
   link_state s;
   size_t k = 0;
 
   while (k + 1 < n && t_s[k] - t_s[0] < link->settle_s) k++;
-  if (k > 0) from.first_Nm = other_Nm[k];
-  s = begin_link(&from, n == 0 ? 0.0 : k > 0 ? -motor_rad_s[k] : motor_rad_s[0]);
-  *before_Nm = 0.5 * count * from.first_Nm;
-  if (k == 0) return s;
+  s = k > 0 ? begin_link(link, other_Nm[k], -motor_rad_s[k])
+            : begin_link(link, 0.0, n ? -motor_rad_s[0] : 0.0);
   for (; k > 0; k--) {
     const double back[2] = {-motor_rad_s[k], -motor_rad_s[k - 1]}, load[2] = {other_Nm[k], other_Nm[k - 1]};
     double h = t_s[k] - t_s[k - 1];

@@ -22,8 +22,8 @@ def bench_with(folder, effect, joint, hidden):
 
 
 def diagnosed(bench, effect, joint):
-    """Parameters that talus-gap finds of the hidden effect; the verdict must name it, sure of it, and the gap at the joint (the
-    knee, for one at the base) close. The fitted model is fitted.yaml in the bench's folder."""
+    """Parameters that talus-gap finds of the hidden effect; the verdict must name it, sure of it, nothing else be listed, and
+    the gap at the joint (the knee, for one at the base) close. The fitted model is fitted.yaml in the bench's folder."""
     report = bench / "gap.json"
     run("talus-gap", "--quiet", "--model", bench / "model.yaml", "--report", report, "--save-model", bench / "fitted.yaml",
         *sorted(bench.glob("train*.csv.gz")))  # fmt: skip
@@ -31,5 +31,5 @@ def diagnosed(bench, effect, joint):
     assert (found["verdict"]["effect"], found["verdict"]["joint"]) == (effect, joint)
     gap = found["gap"]["knee" if joint == "base" else joint]
     assert found["verdict"]["probability"] > 0.9 and gap["closed_fraction"] > 0.9
-    (parameters,) = (e["parameters"] for e in found["effects"] if (e["effect"], e["joint"]) == (effect, joint))
-    return parameters
+    (listed,) = found["effects"]
+    return listed["parameters"]

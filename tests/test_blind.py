@@ -214,8 +214,7 @@ def test_effects_survive_identification(effect):
     while len(found) < 6:
         case = cases.Case(77, next(numbers), SINGLE)
         case.drawn = [effects.draw(case.streams["effect"], case.plant, (place + 0.5) / len(effects.CATALOGUE))]
-        first = case.simulate(case.drawn)
-        if first and cases.drive_gives_out(case.drawn, first):
+        if effect == "torque_saturation" and cases.drive_gives_out(case.drawn, case.simulate(case.drawn)):
             continue  # on this bench such a droop is no case
         simulated = cases.settle(case)
         assert case.drawn[0].effect == effect  # the leg stayed in its range

@@ -113,7 +113,7 @@ def test_steps_are_enough_for_the_oscillation_and_bounded(stiffness):
 
 def test_a_link_that_begins_under_its_load_does_not_ring():
     n, load = 500, 1.5
-    shape = {"stiffness_Nm_rad": 500.0, "gap_rad": 0.006, "inertia_kg_m2": 0.02, "first_Nm": load, "step_s": 0.002}
+    shape = {"stiffness_Nm_rad": 500.0, "gap_rad": 0.006, "inertia_kg_m2": 0.02, "settle_s": 0.5, "step_s": 0.002}
     angle, torque = link_along(shape, np.zeros(n), np.zeros(n), np.full(n, load))
     assert angle == pytest.approx(-(0.003 + load / 500), rel=1e-9) and torque == pytest.approx(load, rel=1e-9)
 

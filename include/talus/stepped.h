@@ -29,8 +29,8 @@ typedef struct tl_stepped_link {
   double inertia_kg_m2;             /* of the link, > 0 */
   double coulomb_Nm, viscous_Nms_rad;
   double damping_s; /* of the spring: its damping over its stiffness */
-  double settle_s;  /* so long the motion runs backwards before its begin: a link that starts wrong rings */
-  double first_Nm;  /* torque through the spring at the begin, where settle_s is 0 */
+  double
+      settle_s; /* so long the motion runs backwards before its begin, or a wrong one rings; 0: without twist */
   double step_s;
 } tl_stepped_link;
 

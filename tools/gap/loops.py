@@ -4,9 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from talus import ffi, lib, pointer
+from talus import constants, ffi, lib, pointer
 
-SETTLE_S = 2.0  # in which a link on its spring comes to rest, as the library's own law has it
 MOST_STEPS = 60  # of the link for one sample
 LARGEST_STEP = 1.0  # rad: beyond it a stepped oscillation grows
 
@@ -48,7 +47,7 @@ def link_behind(shape, t_s, motor, other_Nm, inertia, coulomb_Nm, viscous):
         "stiffness_Nm_rad": shape.stiffness, "gap_rad": 2 * shape.half, "soft_rad": shape.soft_rad, "soft_share": shape.soft_share,
         "hardening_Nm_rad3": shape.hardening, "drag_Nm": shape.drag_Nm, "friction_share": shape.dry, "viscous_share": shape.viscous,
         "damping_s": shape.damping_s(inertia), "inertia_kg_m2": inertia, "coulomb_Nm": coulomb_Nm,
-        "viscous_Nms_rad": viscous, "settle_s": SETTLE_S,
+        "viscous_Nms_rad": viscous, "settle_s": constants.TL_STEPPED_SETTLE_S,
         "step_s": (t_s[-1] - t_s[0]) / (len(t_s) - 1)})  # fmt: skip
     rows = [np.ascontiguousarray(x, float) for x in (t_s, *motor, other_Nm)]
     out = np.empty((3, len(t_s)))

@@ -7,11 +7,11 @@ import numpy as np
 from .where import ORDERS
 from .words import Scale
 
-COORDINATE_LABELS = {
-    "position": "position [rad]", "velocity": "velocity [rad/s]", "acceleration": "acceleration [rad/s²]",
-    "load": "load at the joint [Nm]", "current": "motor torque [Nm]", "time": "time [s]",
-    "reversal": "time since the motion or the load turned [s]", "motor_angle": "motor angle [orders per turn]",
-    "frequency": "frequency [Hz]", "encoder": "position [rad]",
+COORDINATES = {  # in words, and the unit
+    "position": ("position", "rad"), "velocity": ("velocity", "rad/s"), "acceleration": ("acceleration", "rad/s²"),
+    "load": ("load at the joint", "Nm"), "current": ("motor torque", "Nm"), "time": ("time", "s"),
+    "reversal": ("time since the motion or the load turned", "s"), "motor_angle": ("order", "per turn"),
+    "frequency": ("frequency", "Hz"), "encoder": ("position", "rad"),
 }  # fmt: skip
 SPECTRA = ("motor_angle", "frequency")
 MOST_MAPS = 3  # for each joint
@@ -45,14 +45,15 @@ class Shown:
         return coordinate_label(coordinate, self.slider)
 
 
+def coordinate_unit(coordinate, slider):
+    unit = COORDINATES[coordinate][1]
+    return unit.replace("Nm", "N").replace("rad", "m") if slider else unit
+
+
 def coordinate_label(coordinate, slider):
     """A coordinate of `where` in words, with its unit."""
-    label = COORDINATE_LABELS[coordinate]
-    return label.replace("Nm", "N").replace("rad", "m").replace("torque", "force") if slider else label
-
-
-def coordinate_unit(coordinate, slider):
-    return coordinate_label(coordinate, slider).split("[")[1].rstrip("]")
+    words = COORDINATES[coordinate][0]
+    return f"{words.replace('torque', 'force') if slider else words} [{coordinate_unit(coordinate, slider)}]"
 
 
 def maps(out, found):
@@ -93,7 +94,7 @@ def orders(out, shown, _):
     for name, role, residuals in shown.fits:
         sums = sum(w @ residuals.of[c.record, c.kind][c.rows] for w, c in zip(waves, shown.channels()))
         lines.append((name, role, ORDERS, 2 * np.abs(sums) / total))
-    shown.chart(out, "error by order of the motor's turn", "order [1/turn]", "amplitude", lines)
+    shown.chart(out, "error by order of the motor's turn", shown.label("motor_angle"), "amplitude", lines)
 
 
 def spectrum(out, shown, _):
@@ -107,7 +108,7 @@ def spectrum(out, shown, _):
             power += np.histogram(frequency, edges, weights=2 * np.abs(np.fft.rfft(x)) ** 2 / len(x))[0]
             total += len(x)
         lines.append((name, role, 0.5 * (edges[1:] + edges[:-1]), np.sqrt(power / max(total, 1))))
-    shown.chart(out, "error by frequency", "frequency [Hz]", f"RMS in {BAND_HZ:g} Hz", lines)
+    shown.chart(out, "error by frequency", shown.label("frequency"), f"RMS in {BAND_HZ:g} Hz", lines)
 
 
 def encoders(out, shown, _):
@@ -120,7 +121,7 @@ def encoders(out, shown, _):
         left = np.concatenate([residuals.of[c.record, "E"][c.rows] for c in channels])
         mean = np.bincount(place, left, len(edges) - 1) / np.maximum(np.bincount(place, minlength=len(edges) - 1), 1)
         lines.append((name, role, 0.5 * (edges[1:] + edges[:-1]), 1e3 * mean))
-    out.chart(f"{shown.joint}: encoders' disagreement over position", "position [rad]", "difference [mrad]", lines)
+    out.chart(f"{shown.joint}: encoders' disagreement over position", shown.label("encoder"), "difference [mrad]", lines)
 
 
 def envelope(t, *lines):

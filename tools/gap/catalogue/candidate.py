@@ -40,8 +40,7 @@ class Family:
         """The candidate moved by a share of the steps in one direction; None beyond the limits."""
         values = list(self.values)
         for k, part in self.directions[number]:
-            by, step = side * share * part, self.steps[k]
-            values[k] = values[k] * step**by if step > 1 else values[k] + by * step
+            values[k] = self._moved(k, side * share * part)
             if not self.low[k] <= values[k] <= self.high[k]:
                 return None
         return self.make(*map(float, values))
@@ -49,10 +48,15 @@ class Family:
     def moved(self, shares):
         """The candidate with each value moved by a share of its step, at the most to its limit, and there from close by: a
         spring that hardens by next to nothing is a straight one."""
-        by = [x * step**u if step > 1 else x + u * step for x, step, u in zip(self.values, self.steps, shares)]
+        by = np.array([self._moved(k, share) for k, share in enumerate(shares)])
         near = np.array([0.0 if step > 1 else AT_LIMIT * step for step in self.steps])
         at_low, at_high = by - near < self.low, by + near > self.high
         return self.make(*map(float, np.where(at_low, self.low, np.where(at_high, self.high, by))))
+
+    def _moved(self, k, share):
+        """A value moved by a share of its step."""
+        x, step = self.values[k], self.steps[k]
+        return x * step**share if step > 1 else x + share * step
 
 
 @dataclass(frozen=True, eq=False)

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from ..kinds import kind_of
 from ..linkage import ScrewLinkage
 from ..loops import second_order
 from .candidate import Candidate, Family, named, usual
@@ -12,7 +13,6 @@ BASE_HZ = (2.5, 2.75, 3, 3.25, 3.5, 3.75, 4, 4.25, 4.5, 4.75, 5, 5.25, 5.5, 6, 6
 BASE_DAMPING_RATIOS = (0.02, 0.05, 0.1)
 RISING_DAMPING_RATIO = 0.05  # of a second mode, whose resonance is refined
 STEP_M, STEP_RAD = 1e-5, 1e-4
-LARGEST_ERROR = 0.01, 0.2  # of a length [m] and of an angle [rad]: two lengths that are far off against each other look like a wave
 ANKLE = 1
 USUAL_TILT_RAD = (0.017, 0.087)
 
@@ -60,11 +60,11 @@ def _linkage_column(name):
 def linkage_error(evidence, scenes):
     if not isinstance(evidence.transmissions[ANKLE], ScrewLinkage):
         return
-    column = {name: _linkage_column(name) for name in ("AB_m", "BO_m", "AC_m", "BOF_rad")}
+    known = {parameter.name: parameter for parameter in kind_of("linkage_error").strengths}
+    column = {name: _linkage_column(name) for name in known}
     for names in (("AB_m",), ("BO_m",), ("AC_m",), ("BOF_rad",), ("AB_m", "BO_m"), ("BO_m", "AC_m")):
-        limits = np.array([LARGEST_ERROR[name[-3:] == "rad"] for name in names])
-        yield Candidate("linkage_error", "ankle", " and ".join(names), tuple(column[n] for n in names), named(*names),
-                        tuple(-limits), tuple(limits))  # fmt: skip
+        low, high = zip(*((known[name].low, known[name].high) for name in names))  # two lengths far off make a wave together
+        yield Candidate("linkage_error", "ankle", " and ".join(names), tuple(column[n] for n in names), named(*names), low, high)
 
 
 def gravity_tilt(evidence, scenes):
