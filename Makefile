@@ -122,7 +122,7 @@ module_of_talus-acquire-export := acquire_export
 needs_of_talus-acquire-export := cantools, cffi, numpy, yaml
 all: library python-side programs $(PYTHON_PROGRAMS:%=$(BUILD)/bin/%)
 
-# talus-gap is Python (tools/gap), and so is the export of talus-acquire (tools/acquire_export): what stands in
+# talus-gap is Python (tools/talus/diagnosis), and so is the export of talus-acquire (tools/talus/acquire_export): what stands in
 # bin/ finds an interpreter for it.
 # (program, where tools/ stands, where what was built stands) -> its text
 start_script = sed -e 's|@ROOT@|$(2)|' -e 's|@BUILD@|$(3)|' -e 's|@NAME@|$(1)|' \
@@ -366,11 +366,11 @@ blind_folders = $(foreach s,$(SEED),$(BLIND)/seed$(s)-$(COUNT))
 blind:
 	@tools/setup check
 	$(again) all
-	$(Q)$(foreach s,$(SEED),test -e $(BLIND)/seed$(s)-$(COUNT)/seal.sha256 || $(run_env) $(PYTHON) -m blind draw \
+	$(Q)$(foreach s,$(SEED),test -e $(BLIND)/seed$(s)-$(COUNT)/seal.sha256 || $(run_env) $(PYTHON) -m talus.blind draw \
 	  --seed $(s) --count $(COUNT) --jobs $(JOBS) --out $(BLIND)/seed$(s)-$(COUNT) || exit 1;)
-	$(Q)$(run_env) $(PYTHON) -m blind run --jobs $(JOBS) $(blind_folders)
-	$(Q)$(run_env) $(PYTHON) -m blind next $(blind_folders)
-	$(Q)$(run_env) $(PYTHON) -m blind open --out $(BLIND) $(blind_folders)
+	$(Q)$(run_env) $(PYTHON) -m talus.blind run --jobs $(JOBS) $(blind_folders)
+	$(Q)$(run_env) $(PYTHON) -m talus.blind next $(blind_folders)
+	$(Q)$(run_env) $(PYTHON) -m talus.blind open --out $(BLIND) $(blind_folders)
 
 bench:
 	@tools/setup bench

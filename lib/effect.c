@@ -1,10 +1,10 @@
-/* effect.c: the table of effects and what all of them share; see talus/effect.h. */
-#include "talus/effect.h"
+/* effect.c: the table of effects and what all of them share; see talus/experimental/effect.h. */
+#include "talus/experimental/effect.h"
 
 #include <math.h>
 #include <string.h>
 
-#include "effects/along.h"
+#include "effect_columns.h"
 #include "talus/transmission.h"
 
 static const tl_effect_kind *const table[] = {
@@ -76,22 +76,22 @@ tl_effect tl_effect_typical(const tl_effect_kind *kind, int joint) {
 int tl_effect_says(const tl_effect *e, int parameter) {
   const tl_effect_parameter *p = &e->kind->parameter[parameter];
 
-  return !(p->flags & TL_PARAMETER_OPTIONAL) || e->value[parameter] != p->otherwise;
+  return !(p->flags & TL_PARAMETER_OPTIONAL) || e->value[parameter] != p->default_value;
 }
 
-int tl_effect_recorded_only(const tl_effect *e) {
+int tl_effect_fit_only(const tl_effect *e) {
   int i;
 
   for (i = 0; i < e->kind->strengths + e->kind->shapes; i++)
-    if ((e->kind->parameter[i].flags & TL_PARAMETER_RECORDED) && tl_effect_says(e, i)) return i;
+    if ((e->kind->parameter[i].flags & TL_PARAMETER_FIT_ONLY) && tl_effect_says(e, i)) return i;
   return -1;
 }
 
-int tl_effect_is_heated(const tl_effect *e) {
+int tl_effect_needs_temperature(const tl_effect *e) {
   int i;
 
   for (i = 0; i < e->kind->strengths; i++)
-    if ((e->kind->parameter[i].flags & TL_PARAMETER_HEATED) && e->value[i] != 0.0) return 1;
+    if ((e->kind->parameter[i].flags & TL_PARAMETER_NEEDS_TEMPERATURE) && e->value[i] != 0.0) return 1;
   return 0;
 }
 
@@ -273,11 +273,11 @@ void tl_effect_columns_along(const tl_effect_kind *kind, int joint, const double
   size_t i;
   int k;
 
-  tl_along_nothing(column, (size_t)kind->strengths * s->n);
+  tl_columns_nothing(column, (size_t)kind->strengths * s->n);
   if (kind->along) kind->along(s, joint, shape, shows, column);
   if (!kind->law || shows >= TL_MAX_JOINTS || (joint != shows && joint != TL_MAX_JOINTS)) return;
   for (i = 0; i < s->n; i++) {
-    tl_along_motion(s, i, &motion);
+    tl_columns_motion(s, i, &motion);
     tl_effect_instant_of(s->model, &motion, shows, s->t_s[i], s->effort_Nm ? &s->effort_Nm[i] : NULL, &now);
     tl_effect_columns(kind, shape, &now, at_once);
     for (k = 0; k < kind->strengths; k++) column[(size_t)k * s->n + i] += at_once[k];

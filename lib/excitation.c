@@ -1,5 +1,5 @@
-/* excitation.c: see talus/excitation.h. */
-#include "talus/excitation.h"
+/* excitation.c: see talus/experimental/excitation.h. */
+#include "talus/experimental/excitation.h"
 
 #include <math.h>
 #include <string.h>

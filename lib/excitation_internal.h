@@ -1,8 +1,8 @@
-/* excitation_internal.h: what the two halves of talus/excitation.h share. */
+/* excitation_internal.h: what the two halves of talus/experimental/excitation.h share. */
 #ifndef TALUS_EXCITATION_INTERNAL_H
 #define TALUS_EXCITATION_INTERNAL_H
 
-#include "talus/excitation.h"
+#include "talus/experimental/excitation.h"
 
 /* One joint's excursion from its offset times `factor`. */
 void tl_excitation_scale(tl_excitation *e, int joint, double factor);

@@ -1,10 +1,10 @@
 /* excitation_limits.c: what a trajectory asks of the joints, and how it is made to fit. See
- * talus/excitation.h. */
+ * talus/experimental/excitation.h. */
 #include <math.h>
 #include <string.h>
 
 #include "excitation_internal.h"
-#include "talus/excitation.h"
+#include "talus/experimental/excitation.h"
 
 /* ---- peaks ----------------------------------------------------------------- */
 

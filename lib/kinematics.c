@@ -4,7 +4,7 @@
 #include <math.h>
 #include <string.h>
 
-#include "stops.h"
+#include "kinematics_stops.h"
 #include "talus/transmission.h"
 
 static int has(uint32_t recorded, tl_channel c) {

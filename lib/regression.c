@@ -1,10 +1,10 @@
-/* regression.c: see talus/regression.h. */
-#include "talus/regression.h"
+/* regression.c: see talus/experimental/regression.h. */
+#include "talus/experimental/regression.h"
 
 #include <math.h>
 #include <string.h>
 
-#include "effects/link.h"
+#include "effect_link.h"
 
 #define KNOWN(columns) (columns)        /* place of the known part in `raw` */
 #define EFFORT(columns) ((columns) + 1) /* and of what was measured */
@@ -40,7 +40,7 @@ static int find_temperatures(const tl_regression *r, const tl_effect *effect, in
 
   found[0] = found[1] = TL_CHANNEL_COUNT;
   for (i = 0; i < effects; i++) {
-    if (!tl_effect_is_heated(&effect[i])) continue;
+    if (!tl_effect_needs_temperature(&effect[i])) continue;
     tl_channel channel = temperature_of(&r->model, effect[i].joint);
     if (channel == TL_CHANNEL_COUNT || !(r->recorded & TL_CHANNEL_BIT(channel))) return 0;
     found[effect[i].joint] = channel;
@@ -64,8 +64,8 @@ tl_status tl_regression_set_effects(tl_regression *r, const tl_effect *effect, i
   for (j = 0; j < TL_MAX_JOINTS; j++) {
     r->model.drive[j].transmission = changed[j];
     r->delay_s[j] = change[j].delay_s;
-    r->telemetry_s[j] = change[j].telemetry_s;
-    r->drive_excess[j] = change[j].drive_excess;
+    r->telemetry_delay_s[j] = change[j].telemetry_delay_s;
+    r->torque_constant_error[j] = change[j].torque_constant_error;
     r->temperature[j] = temperature[j];
   }
   r->effect = effect;
@@ -164,7 +164,7 @@ static double effort_at(const tl_regression *r, const tl_block *block, int joint
   double delay = r->delay_s[joint], scale = r->layout.effort_scale[joint];
 
   if (r->layout.load == TL_CHANNEL_COUNT) return scale * effort[i];
-  scale *= 1.0 + r->drive_excess[joint];
+  scale *= 1.0 + r->torque_constant_error[joint];
   return scale * (delay == 0.0 ? effort[i] : value_at(block, effort, i, block->t_s[i] + delay));
 }
 
@@ -304,7 +304,7 @@ tl_status tl_regression_motion(const tl_regression *r, const tl_block *block, tl
     /* a current sampled late shows the torque of an earlier instant */
     if (r->layout.load == TL_CHANNEL_COUNT) delay_rows(block, j, r->delay_s[j], space);
     measured_rows(r, block, j, space);
-    if (r->layout.load != TL_CHANNEL_COUNT) delay_rows(block, j, -r->telemetry_s[j], space);
+    if (r->layout.load != TL_CHANNEL_COUNT) delay_rows(block, j, -r->telemetry_delay_s[j], space);
   }
   return TL_OK;
 }

@@ -1,4 +1,4 @@
-/* simulate.c: see talus/simulate.h.
+/* simulate.c: see talus/experimental/simulate.h.
  *
  * With joint friction f_j = coulomb_j slip_j the accelerations are
  *     M a = r - f,  r everything else at the instant,
@@ -8,13 +8,13 @@
  * definite: it minimises a'M a/2 - r'a + sum of coulomb |a|) is found among the
  * few patterns of directions.
  */
-#include "talus/simulate.h"
+#include "talus/experimental/simulate.h"
 
 #include <math.h>
 #include <stddef.h>
 #include <string.h>
 
-#include "acting.h"
+#include "simulate_effects.h"
 #include "transmission_internal.h"
 
 #define CROWDED_S 1e-9 /* changes closer than this, so many times in a row, lead nowhere */
@@ -32,7 +32,7 @@ typedef struct point {
   double work, dissipated;
   double power, loss;
   int whole; /* 1: `beyond` counts */
-  tl_beyond beyond;
+  tl_link_state beyond;
 } point;
 
 /* most plants have nothing beyond: then it is not carried along */
@@ -47,7 +47,7 @@ typedef struct plant {
   tl_torque_law law;
   const void *context;
   int joints;
-  tl_acting acting; /* with effects, if there are any */
+  tl_effect_dynamics acting; /* with effects, if there are any */
 } plant;
 
 void tl_held_torque(const void *context, double t_s, const tl_motion *motion, double torque[TL_MAX_JOINTS]) {
@@ -112,7 +112,7 @@ static tl_status evaluate(const plant *p, const tl_joint_mode *mode, double t, p
 
   p->law(p->context, t, now, torque);
   x->power = x->loss = 0.0;
-  status = p->acting.effects ? tl_acting_accelerate(&p->acting, t, mode, torque, now, &x->beyond, &x->loss)
+  status = p->acting.effects ? tl_effect_dynamics_accelerate(&p->acting, t, mode, torque, now, &x->beyond, &x->loss)
                              : accelerate(p, mode, torque, now);
   if (status != TL_OK) return status;
   tl_joint_torque(p->model, now->q, torque, joint);
@@ -127,7 +127,7 @@ static tl_status evaluate(const plant *p, const tl_joint_mode *mode, double t, p
 /* ---- one step ---------------------------------------------------------------- */
 
 /* what effects add to the state, along its rates */
-static void beyond_along(tl_beyond *y, double h, const tl_beyond *slope) {
+static void beyond_along(tl_link_state *y, double h, const tl_link_state *slope) {
   int j;
 
   for (j = 0; j <= TL_MAX_JOINTS; j++) {
@@ -151,7 +151,7 @@ static void step_along(const point *x, double h, const point *slope, point *y) {
   if (x->whole) beyond_along(&y->beyond, h, &slope->beyond);
 }
 
-static void add_beyond(tl_beyond *mean, double weight, const tl_beyond *rates) {
+static void add_beyond(tl_link_state *mean, double weight, const tl_link_state *rates) {
   int j;
 
   for (j = 0; j <= TL_MAX_JOINTS; j++) {
@@ -318,7 +318,7 @@ static tl_status settle(const plant *p, double t, tl_joint_mode *mode, point *x)
   int pattern, round, j, at_rest[TL_MAX_JOINTS] = {0, 0};
 
   for (j = 0; j < p->joints; j++) {
-    if (!tl_acting_is_dry(&p->acting, j))
+    if (!tl_effect_dynamics_is_dry(&p->acting, j))
       mode[j] = TL_MODE_FREE;
     else if (x->motion.v[j] != 0.0)
       mode[j] = x->motion.v[j] > 0.0 ? TL_MODE_FORWARD : TL_MODE_BACKWARD;
@@ -342,7 +342,7 @@ static tl_status settle(const plant *p, double t, tl_joint_mode *mode, point *x)
 
 /* ---- in time ------------------------------------------------------------------- */
 
-static int coulomb_is_unsupported(const tl_model *m, const tl_acting *acting) {
+static int coulomb_is_unsupported(const tl_model *m, const tl_effect_dynamics *acting) {
   return m->form == TL_FORM_PAPER &&
          (m->drive[0].coulomb_Nm > 0.0 || m->drive[1].coulomb_Nm > 0.0 || (acting && acting->effects > 0));
 }
@@ -409,7 +409,7 @@ static void set_plant(plant *p, const tl_model *m, tl_torque_law law, const void
   p->acting.effect = s->effect;
   p->acting.effects = s->effects;
   p->acting.begin_s = s->effects_begin_s;
-  tl_acting_init(&p->acting);
+  tl_effect_dynamics_init(&p->acting);
   p->joints = p->acting.joints;
 }
 
@@ -443,7 +443,7 @@ tl_status tl_simulate(const tl_model *m, tl_torque_law law, const void *context,
   if (s->effects > 0) {
     x.whole = 1;
     x.beyond = s->beyond;
-    tl_acting_begin(&p.acting, &x.motion, &x.beyond);
+    tl_effect_dynamics_begin(&p.acting, &x.motion, &x.beyond);
   }
   x.work = s->work_J;
   x.dissipated = s->dissipated_J;

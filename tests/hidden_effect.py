@@ -4,7 +4,7 @@ import json
 
 from support import run
 
-from blind import cases, effects
+from talus.blind import cases, effects
 
 
 def leg_mass_kg():

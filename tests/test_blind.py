@@ -1,4 +1,4 @@
-"""The check on withheld effects (tools/blind): its bench against the library's own mechanics and against the balance of
+"""The check on withheld effects (tools/talus/blind): its bench against the library's own mechanics and against the balance of
 energy, its draws against the catalogue, the seal, and every figure of the table on cases made by hand.
 
 The bench shares no code with the library, so that each proves the other."""
@@ -15,9 +15,9 @@ from scoring_reference import score as reference
 from support import program, run
 
 import talus
-from blind import bench, cases, effects, following, running, scores, sensors, unknowns
-from blind.command import main
-from blind.surviving import joint_angle, surviving
+from talus.blind import bench, cases, effects, following, running, scores, sensors, unknowns
+from talus.blind.command import main
+from talus.blind.surviving import joint_angle, surviving
 
 JOINTS = ("knee", "ankle")
 NONE, SINGLE = {"none": 1.0}, {"single": 1.0}

@@ -1,4 +1,4 @@
-"""models/leg.dbc, the code made from it, apps/common/leg_bus.c and `bus:` of model files."""
+"""models/leg.dbc, the code made from it, apps/leg_bus/leg_bus.c and `bus:` of model files."""
 
 import math
 import random
@@ -70,7 +70,7 @@ def test_a_full_kilohertz_fits_the_bus():
 
 
 def test_knee_and_ankle_are_packed_alike():
-    """apps/common/leg_bus.c packs both with the knee's functions."""
+    """apps/leg_bus/leg_bus.c packs both with the knee's functions."""
     for kind in ("Command", "State", "Status"):
         knee, ankle = (DATABASE.get_message_by_name(joint + kind) for joint in ("Knee", "Ankle"))
         layout = [[(s.name, s.start, s.length, s.byte_order, s.is_signed, s.conversion.scale, s.conversion.offset) for s in m.signals]

@@ -44,7 +44,7 @@ def test_every_kind_bears_an_id_of_the_catalogue_and_sound_parameters():
         for i in range(kind.strengths + kind.shapes):
             p = kind.parameter[i]
             assert p.low <= p.typical <= p.high, (name, ffi.string(p.name))
-            assert p.low <= p.otherwise <= p.high or not p.flags & lib.TL_PARAMETER_OPTIONAL, (name, ffi.string(p.name))
+            assert p.low <= p.default_value <= p.high or not p.flags & lib.TL_PARAMETER_OPTIONAL, (name, ffi.string(p.name))
 
 
 def test_the_page_lists_every_kind_with_its_parameters():

@@ -1,4 +1,4 @@
-"""talus/excitation.h against sums written out in NumPy, brute force and calculus."""
+"""talus/experimental/excitation.h against sums written out in NumPy, brute force and calculus."""
 
 import math
 

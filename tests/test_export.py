@@ -1,4 +1,4 @@
-"""tools/acquire_export: what is decoded is compared with cantools and python-can, what is found with what was put in."""
+"""tools/talus/acquire_export: what is decoded is compared with cantools and python-can, what is found with what was put in."""
 
 import contextlib
 import gzip
@@ -18,10 +18,10 @@ from bus_record import BEGIN_NS, BUS, DATABASE, DBC, MODEL, Frame, frames_of, in
 from support import REPOSITORY, run
 
 sys.path.insert(0, str(REPOSITORY / "tools"))
-from acquire_export import command, record  # noqa: E402
-from acquire_export.clock import tick_times  # noqa: E402
-from acquire_export.layout import Database  # noqa: E402
-from acquire_export.sequence import follow  # noqa: E402
+from talus.acquire_export import command, record  # noqa: E402
+from talus.acquire_export.clock import tick_times  # noqa: E402
+from talus.acquire_export.layout import Database  # noqa: E402
+from talus.acquire_export.sequence import follow  # noqa: E402
 
 FAULTS = ("lost", "repeated", "swapped")
 

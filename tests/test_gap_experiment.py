@@ -1,4 +1,4 @@
-"""tools/gap/experiment/: the trajectories of the menu, the predicted gain against plain least squares and against the
+"""tools/talus/diagnosis/experiment/: the trajectories of the menu, the predicted gain against plain least squares and against the
 experiment when it is run on the twin, and what the command writes."""
 
 import json
@@ -13,16 +13,16 @@ import talus
 
 os.environ.setdefault("TALUS_BUILD", str(BUILD))
 
-from gap import command  # noqa: E402
-from gap.evidence import Evidence  # noqa: E402
-from gap.experiment import choice  # noqa: E402
-from gap.experiment.gain import Contest, Explanation, Pair  # noqa: E402
-from gap.experiment.menu import TRAJECTORIES, beyond  # noqa: E402
-from gap.experiment.path import STEP_S, Limits, held  # noqa: E402
-from gap.experiment.planned import Planned, with_payload  # noqa: E402
-from gap.gram import Gram  # noqa: E402
-from gap.search import search  # noqa: E402
-from gap.verdict import judge  # noqa: E402
+from talus.diagnosis import command  # noqa: E402
+from talus.diagnosis.evidence import Evidence  # noqa: E402
+from talus.diagnosis.experiment import choice  # noqa: E402
+from talus.diagnosis.experiment.gain import Contest, Explanation, Pair  # noqa: E402
+from talus.diagnosis.experiment.menu import TRAJECTORIES, beyond  # noqa: E402
+from talus.diagnosis.experiment.path import STEP_S, Limits, held  # noqa: E402
+from talus.diagnosis.experiment.planned import Planned, with_payload  # noqa: E402
+from talus.diagnosis.gram import Gram  # noqa: E402
+from talus.diagnosis.search import search  # noqa: E402
+from talus.diagnosis.verdict import judge  # noqa: E402
 
 LEG = REPOSITORY / "models/leg.yaml"
 HIDDEN = {"effect": "stribeck", "joint": "knee", "parameters": {"extra_Nm": 0.2, "speed_rad_s": 0.25, "exponent": 1.0}}

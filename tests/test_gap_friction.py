@@ -1,8 +1,8 @@
-"""tools/gap/catalogue/friction.py, on a bench that shares no code with the library."""
+"""tools/talus/diagnosis/catalogue/friction.py, on a bench that shares no code with the library."""
 
 from hidden_effect import bench_with, diagnosed
 
-from blind import effects
+from talus.blind import effects
 
 TRAVEL_RAD = 0.02
 

@@ -1,4 +1,4 @@
-"""tools/gap/hidden.py: what recordings cannot show, against plain least squares and against joints of known truth."""
+"""tools/talus/diagnosis/hidden.py: what recordings cannot show, against plain least squares and against joints of known truth."""
 
 import json
 import os
@@ -12,9 +12,9 @@ import talus
 
 os.environ.setdefault("TALUS_BUILD", str(BUILD))
 
-from gap import command, hidden  # noqa: E402
-from gap.evidence import Evidence  # noqa: E402
-from gap.search import Search  # noqa: E402
+from talus.diagnosis import command, hidden  # noqa: E402
+from talus.diagnosis.evidence import Evidence  # noqa: E402
+from talus.diagnosis.search import Search  # noqa: E402
 
 LEG, PENDULUM = REPOSITORY / "models/leg.yaml", REPOSITORY / "models/pendulum.yaml"
 

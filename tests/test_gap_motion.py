@@ -1,4 +1,4 @@
-"""tools/gap/motion.py: the motion gap against the library's own simulation, and what its parts do on their own."""
+"""tools/talus/diagnosis/motion.py: the motion gap against the library's own simulation, and what its parts do on their own."""
 
 import json
 import os
@@ -13,12 +13,12 @@ from talus import check, ffi, lib
 
 os.environ.setdefault("TALUS_BUILD", str(BUILD))
 
-from gap import command, figures, motion  # noqa: E402
-from gap.acting import Memory  # noqa: E402
-from gap.evidence import Evidence  # noqa: E402
-from gap.physical import physical  # noqa: E402
-from gap.search import search  # noqa: E402
-from gap.verdict import judge  # noqa: E402
+from talus.diagnosis import command, figures, motion  # noqa: E402
+from talus.diagnosis.acting import Memory  # noqa: E402
+from talus.diagnosis.evidence import Evidence  # noqa: E402
+from talus.diagnosis.physical import physical  # noqa: E402
+from talus.diagnosis.search import search  # noqa: E402
+from talus.diagnosis.verdict import judge  # noqa: E402
 
 LEG = REPOSITORY / "models/leg.yaml"
 EVERY = 3  # of the windows are simulated by the library

@@ -1,12 +1,12 @@
-"""tools/gap/physical.py and refit.py: physical parameters and effects fitted together."""
+"""tools/talus/diagnosis/physical.py and refit.py: physical parameters and effects fitted together."""
 
 import numpy as np
 import pytest
 import talus
 import yaml
-from gap.catalogue.candidate import Family
-from gap.catalogue.leg import _oscillator
-from gap.physical import constrained, physical
+from talus.diagnosis.catalogue.candidate import Family
+from talus.diagnosis.catalogue.leg import _oscillator
+from talus.diagnosis.physical import constrained, physical
 from scipy.integrate import solve_ivp
 from support import REPOSITORY
 

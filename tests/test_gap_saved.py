@@ -5,11 +5,11 @@ import math
 import numpy
 import pytest
 import yaml
-from gap.catalogue import candidates, sparse
-from gap.evidence import Evidence
-from gap.kinds import kind_of
-from gap.scene import Extent, Scene
-from gap.track import Track
+from talus.diagnosis.catalogue import candidates, sparse
+from talus.diagnosis.evidence import Evidence
+from talus.diagnosis.kinds import kind_of
+from talus.diagnosis.scene import Extent, Scene
+from talus.diagnosis.track import Track
 from support import REPOSITORY, run
 
 import talus
@@ -54,7 +54,7 @@ def library_effect(evidence, candidate, strengths):
     names = [p.name for p in kind_of(candidate.effect).parameters]
     assert set(entry) <= set(names), (candidate.effect, candidate.shape, entry)
     for k, name in enumerate(names):
-        effect.value[k] = entry.get(name, kind.parameter[k].otherwise)
+        effect.value[k] = entry.get(name, kind.parameter[k].default_value)
     check(lib.tl_effect_check(effect, evidence.model.struct))
     return effect
 

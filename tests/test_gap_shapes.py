@@ -1,15 +1,15 @@
-"""tools/gap/shapes.py: all values of a shape at once, against SciPy; and lost motion, on a bench that shares no code with the library."""
+"""tools/talus/diagnosis/shapes.py: all values of a shape at once, against SciPy; and lost motion, on a bench that shares no code with the library."""
 
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from gap.catalogue.candidate import Candidate, Family
-from gap.shapes import refined
+from talus.diagnosis.catalogue.candidate import Candidate, Family
+from talus.diagnosis.shapes import refined
 from hidden_effect import bench_with, diagnosed
 from scipy.optimize import curve_fit
 
-from blind import effects, running
+from talus.blind import effects, running
 
 T_S = np.linspace(0.0, 2.0, 400)
 

@@ -1,9 +1,9 @@
-"""tools/gap/catalogue/transmission.py: springs behind the knee's gear, on a bench that shares no code with the library."""
+"""tools/talus/diagnosis/catalogue/transmission.py: springs behind the knee's gear, on a bench that shares no code with the library."""
 
 import pytest
 from hidden_effect import bench_with, diagnosed
 
-from blind import effects
+from talus.blind import effects
 
 STIFFNESS_NM_RAD = 900.0
 COMMON = {"stiffness": STIFFNESS_NM_RAD, "damping": 0.0012, "rotor_share": 0.35, "link_share": 0.0, "viscous_share": 0.0}

@@ -1,8 +1,8 @@
-"""tools/gap/words.py: the first sentence says what the report says, and no more."""
+"""tools/talus/diagnosis/words.py: the first sentence says what the report says, and no more."""
 
 import pytest
-from gap import words
-from gap.where import NATURAL
+from talus.diagnosis import words
+from talus.diagnosis.where import NATURAL
 
 
 def gap(identified, extended, floor, closed, unit="Nm"):

@@ -1,4 +1,4 @@
-"""talus/simulate.h against motions known in closed form, energy, and an event-located reference."""
+"""talus/experimental/simulate.h against motions known in closed form, energy, and an event-located reference."""
 
 import math
 

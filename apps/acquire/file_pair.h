@@ -6,7 +6,7 @@
 #ifndef FILE_PAIR_H
 #define FILE_PAIR_H
 
-#include "error.h"
+#include "common/error.h"
 #include "text.h"
 
 enum file_name { FILE_LOG, FILE_JSON, FILES };

@@ -12,7 +12,7 @@
 
 #include <stdint.h>
 
-#include "error.h"
+#include "common/error.h"
 
 enum gpio_edges { GPIO_NO_EDGES, GPIO_RISING, GPIO_FALLING, GPIO_BOTH };
 enum gpio_pull { GPIO_AS_IS, GPIO_PULL_UP, GPIO_PULL_DOWN };

@@ -5,9 +5,9 @@
 #include <string.h>
 #include <unistd.h>
 
-#include "cli.h"
-#include "error.h"
-#include "output.h"
+#include "common/cli.h"
+#include "common/error.h"
+#include "common/output.h"
 #include "qualify.h"
 #include "session.h"
 

@@ -14,7 +14,7 @@
 #include <unistd.h>
 
 #include "clocks.h"
-#include "leg_bus.h"
+#include "leg_bus/leg_bus.h"
 
 enum { HEARTBEAT_NS = 10000000, RETRY_NS = 100000, NS_PER_S = 1000000000 };
 

@@ -8,7 +8,7 @@
 
 #include <linux/can.h>
 
-#include "lateness.h"
+#include "leg_bus/lateness.h"
 #include "realtime.h"
 #include "setpoints.h"
 #include "text.h"

@@ -13,7 +13,7 @@
 #include <time.h>
 
 #include "clocks.h"
-#include "json_file.h"
+#include "common/json_file.h"
 #include "machine.h"
 #include "side_file.h"
 #include "talus/version.h"

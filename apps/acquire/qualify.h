@@ -11,7 +11,7 @@
 
 #include <pthread.h>
 
-#include "lateness.h"
+#include "leg_bus/lateness.h"
 #include "session.h"
 
 enum verdict { VERDICT_GOOD, VERDICT_USABLE, VERDICT_POOR, VERDICT_UNKNOWN };

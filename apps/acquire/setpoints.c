@@ -5,8 +5,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "decimal.h"
-#include "text_file.h"
+#include "common/decimal.h"
+#include "common/text_file.h"
 
 enum { COLUMNS = 7, REQUIRED = 3, FIELDS = 64, MOST_ROWS = 10000000 };
 static const double SHORTEST_S = 0.0002,

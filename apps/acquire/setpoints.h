@@ -6,8 +6,8 @@
 #ifndef SETPOINTS_H
 #define SETPOINTS_H
 
-#include "error.h"
-#include "talus/excitation.h"
+#include "common/error.h"
+#include "talus/experimental/excitation.h"
 
 enum { SETPOINT_JOINTS = 2 };
 

@@ -3,7 +3,7 @@
 #include <stddef.h>
 #include <string.h>
 
-#include "decimal.h"
+#include "common/decimal.h"
 #include "setpoints.h"
 
 static const char *const joint_name[SETPOINT_JOINTS] = {"knee", "ankle"};

@@ -4,7 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "decimal.h"
+#include "common/decimal.h"
 
 enum { FIELDS = 6, TEXT = 128 };
 

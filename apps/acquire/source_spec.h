@@ -9,7 +9,7 @@
 #ifndef SOURCE_SPEC_H
 #define SOURCE_SPEC_H
 
-#include "error.h"
+#include "common/error.h"
 #include "gpio.h"
 #include "link.h"
 

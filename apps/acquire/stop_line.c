@@ -12,7 +12,7 @@
 #include <unistd.h>
 
 #include "can_text.h"
-#include "leg_bus.h"
+#include "leg_bus/leg_bus.h"
 
 enum { EMERGENCY_STOP = 1 }; /* the DBC's reason */
 

@@ -2,7 +2,7 @@
 #ifndef STOP_LINE_H
 #define STOP_LINE_H
 
-#include "error.h"
+#include "common/error.h"
 #include "source.h"
 
 /* "can0" (the bench's own Stop frame, docs of leg_bus.h) or "can0:001#0011". */

@@ -2,8 +2,8 @@
 #ifndef FIT_H
 #define FIT_H
 
-#include "error.h"
-#include "stream.h"
+#include "common/error.h"
+#include "recording/stream.h"
 #include "talus/identify.h"
 
 struct fit_settings {

@@ -4,9 +4,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "cli.h"
-#include "decimal.h"
-#include "output.h"
+#include "common/cli.h"
+#include "common/decimal.h"
+#include "common/output.h"
 #include "report.h"
 
 /* ---- the command line -------------------------------------------------------- */

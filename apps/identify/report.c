@@ -5,7 +5,7 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "json_file.h"
+#include "common/json_file.h"
 
 #define SLOW_WINDOW 1.5   /* a window of so many periods of the low-pass smears what is scored */
 #define POORLY_KNOWN 0.5  /* of the parameter's size: a standard deviation to warn of */

@@ -2,9 +2,9 @@
 #ifndef REPORT_H
 #define REPORT_H
 
-#include "error.h"
+#include "common/error.h"
 #include "fit.h"
-#include "model_file.h"
+#include "model/model_file.h"
 
 struct report_input {
   const struct fit *fit;

@@ -1,6 +1,6 @@
 /* talus-predict: what a model predicts at a recording's samples. */
-#include "cli.h"
-#include "model_file.h"
+#include "common/cli.h"
+#include "model/model_file.h"
 #include "predict.h"
 
 static struct { const char *model, *out; } asked;

@@ -2,10 +2,10 @@
 #ifndef PREDICT_H
 #define PREDICT_H
 
-#include "error.h"
-#include "output.h"
-#include "recording.h"
-#include "stream.h"
+#include "common/error.h"
+#include "common/output.h"
+#include "recording/recording.h"
+#include "recording/stream.h"
 #include "talus/plant.h"
 
 /* Writes the header and one row for each row of the recording: time and what its current (or

@@ -9,9 +9,9 @@
 #include <sys/mman.h>
 #include <time.h>
 
-#include "can_socket.h"
-#include "lateness.h"
-#include "leg_bus.h"
+#include "leg_bus/can_socket.h"
+#include "leg_bus/lateness.h"
+#include "leg_bus/leg_bus.h"
 #include "orders.h"
 #include "talus/random.h"
 #include "truth.h"
@@ -28,7 +28,7 @@
 
 struct live {
   struct twin *twin;
-  tl_bench *bench;
+  tl_twin *bench;
   struct orders orders;
   struct lateness lateness;
   int fd;
@@ -160,7 +160,7 @@ static tl_status run_tick(struct live *l, unsigned long tick, double row[TL_CHAN
 
   while (can_socket_receive(l->fd, &frame)) orders_take(&l->orders, &frame);
   orders_apply(&l->orders, (double)tick / l->bench->settings.control_hz, &l->twin->excitation, l->bench);
-  status = tl_bench_next(l->bench, row);
+  status = tl_twin_next(l->bench, row);
   if (status != TL_OK) return status;
   send_states(l, tick, row);
   send_slow(l, tick);
@@ -238,7 +238,7 @@ static void keep_counts(const struct live *l) {
   memcpy(live->zero_count, l->zero_count, sizeof live->zero_count);
 }
 
-int live_run(struct twin *t, tl_bench *bench, struct recording_writer *writer, struct output *motion,
+int live_run(struct twin *t, tl_twin *bench, struct recording_writer *writer, struct output *motion,
              struct app_error *error) {
   struct live l = {.twin = t, .bench = bench};
   tl_status status;

@@ -8,15 +8,15 @@
 #ifndef LIVE_H
 #define LIVE_H
 
-#include "output.h"
-#include "recording_writer.h"
+#include "common/output.h"
+#include "recording/recording_writer.h"
 #include "twin.h"
 
 /* The bench's sensors and rates as the bus has them. 0, or -1 with status 2 when the model says
  * nothing about the bus or something else was asked for. */
 int live_prepare(struct twin *t, struct app_error *error);
 /* All samples, over the bus and into the files; ends early on SIGINT and SIGTERM. Nullable: motion. */
-int live_run(struct twin *t, tl_bench *bench, struct recording_writer *writer, struct output *motion,
+int live_run(struct twin *t, tl_twin *bench, struct recording_writer *writer, struct output *motion,
              struct app_error *error);
 
 #endif

@@ -4,10 +4,10 @@
 #include <math.h>
 #include <string.h>
 
-#include "cli.h"
-#include "decimal.h"
-#include "error.h"
-#include "output.h"
+#include "common/cli.h"
+#include "common/decimal.h"
+#include "common/error.h"
+#include "common/output.h"
 #include "twin.h"
 
 /* ---- the command line -------------------------------------------------------------- */

@@ -18,7 +18,7 @@ void orders_rest(tl_excitation *e, int joints) {
   e->move[0].duration_s = 2.0 * HALF_MOVE_S;
 }
 
-void orders_init(struct orders *o, const tl_model *m, const tl_bench_settings *bench, const tl_limits *limits,
+void orders_init(struct orders *o, const tl_model *m, const tl_twin_settings *bench, const tl_limits *limits,
                  int follow) {
   memset(o, 0, sizeof *o);
   o->model = m;
@@ -91,7 +91,7 @@ static void reference_of(const struct orders *o, int joint, double *q, double *v
   *v *= before / after;
 }
 
-void orders_apply(struct orders *o, double t_s, tl_excitation *e, tl_bench *b) {
+void orders_apply(struct orders *o, double t_s, tl_excitation *e, tl_twin *b) {
   tl_move *move = &e->move[0];
   int powered, j;
 

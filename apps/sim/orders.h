@@ -7,13 +7,13 @@
 #ifndef ORDERS_H
 #define ORDERS_H
 
-#include "leg_bus.h"
-#include "talus/bench.h"
-#include "talus/excitation.h"
+#include "leg_bus/leg_bus.h"
+#include "talus/experimental/twin.h"
+#include "talus/experimental/excitation.h"
 
 struct orders {
   const tl_model *model;
-  const tl_bench_settings *bench; /* as the drives are when nobody stops them */
+  const tl_twin_settings *bench; /* as the drives are when nobody stops them */
   const tl_limits *limits;        /* set-points are kept within these positions */
   int follow;                     /* set-points count; else the twin has its own excitation */
   struct leg_bus_setpoint last[TL_MAX_JOINTS];
@@ -28,11 +28,11 @@ struct orders {
 
 /* The excitation that stands still at joint angles 0. */
 void orders_rest(tl_excitation *e, int joints);
-void orders_init(struct orders *o, const tl_model *m, const tl_bench_settings *bench, const tl_limits *limits,
+void orders_init(struct orders *o, const tl_model *m, const tl_twin_settings *bench, const tl_limits *limits,
                  int follow);
 /* One frame from the bus. */
 void orders_take(struct orders *o, const struct leg_bus_frame *frame);
 /* Once a tick, t_s after the recording's beginning: sets reference and drives as ordered. */
-void orders_apply(struct orders *o, double t_s, tl_excitation *e, tl_bench *b);
+void orders_apply(struct orders *o, double t_s, tl_excitation *e, tl_twin *b);
 
 #endif

@@ -29,7 +29,7 @@ static void lay_joint(tl_excitation *e, int joint, const tl_motion *at, double m
   e->cosine[joint][0] = across * cosine - along * sine;
 }
 
-void reference_lay(const struct trajectory *t, const tl_bench *b, tl_excitation *e) {
+void reference_lay(const struct trajectory *t, const tl_twin *b, tl_excitation *e) {
   const double middle_s = ((double)b->sample - 0.5) / b->settings.sample_hz;
   tl_motion at;
 

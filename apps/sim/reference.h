@@ -6,13 +6,13 @@
 #ifndef REFERENCE_H
 #define REFERENCE_H
 
-#include "talus/bench.h"
-#include "trajectory.h"
+#include "talus/experimental/twin.h"
+#include "motion/trajectory.h"
 
 /* The excitation that rests where the trajectory begins. */
 void reference_rest(const struct trajectory *t, tl_excitation *e);
 /* For the ticks up to the bench's next sample. */
-void reference_lay(const struct trajectory *t, const tl_bench *b, tl_excitation *e);
+void reference_lay(const struct trajectory *t, const tl_twin *b, tl_excitation *e);
 /* Every limit that a row breaks, as tl_excitation_check: joint after joint, their number. */
 int reference_check(const tl_model *m, const tl_limits limits[TL_MAX_JOINTS], const struct trajectory *t,
                     tl_peak peak[TL_MAX_PEAKS]);

@@ -1,8 +1,8 @@
 /* truth.c: see truth.h. */
 #include "truth.h"
 
-#include "json_file.h"
-#include "plant_name.h"
+#include "common/json_file.h"
+#include "model/plant_name.h"
 
 #define MOTION_COLUMNS 6 /* a joint */
 
@@ -21,14 +21,14 @@ void truth_motion_header(struct output *out, const tl_model *m) {
   output_text(out, "\n");
 }
 
-void truth_motion_row(struct output *out, const tl_bench *b, double t_s) {
+void truth_motion_row(struct output *out, const tl_twin *b, double t_s) {
   double value[TL_MAX_JOINTS * MOTION_COLUMNS];
   int joints = tl_joint_count(b->model);
   tl_motion reference, joint;
   const tl_motion *now = &joint;
 
   tl_simulation_joints(&b->simulation, &joint);
-  tl_bench_reference(b, &reference);
+  tl_twin_reference(b, &reference);
   for (int j = 0; j < joints; j++) {
     double *of = value + j * MOTION_COLUMNS;
     of[0] = reference.q[j];
@@ -71,7 +71,7 @@ static json_t *truth_of_excitation(const struct twin *t) {
 }
 
 static json_t *truth_of_sensors(const struct twin *t) {
-  const tl_bench_settings *s = &t->bench;
+  const tl_twin_settings *s = &t->bench;
   size_t joints = (size_t)tl_joint_count(&t->model);
   json_t *o = json_object();
 
@@ -120,7 +120,7 @@ static json_t *truth_of_bus(const struct twin *t) {
   return o;
 }
 
-int truth_write(const struct twin *t, const tl_bench *b, struct app_error *error) {
+int truth_write(const struct twin *t, const tl_twin *b, struct app_error *error) {
   double parameter[TL_MAX_PARAMETERS], base[TL_MAX_BASE];
   json_t *root = json_object(), *parameters = json_object(), *bases = json_object();
   int n, result;

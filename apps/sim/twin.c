@@ -7,16 +7,16 @@
 
 #include "live.h"
 #include "orders.h"
-#include "output.h"
-#include "plant_name.h"
-#include "progress.h"
-#include "recording.h"
-#include "recording_writer.h"
+#include "common/output.h"
+#include "model/plant_name.h"
+#include "common/progress.h"
+#include "recording/recording.h"
+#include "recording/recording_writer.h"
 #include "reference.h"
 #include "truth.h"
 
 #define PAPER_FADE_S 2.0
-#define MOST_JITTER 0.45 /* of a sample's step, as tl_bench_init */
+#define MOST_JITTER 0.45 /* of a sample's step, as tl_twin_init */
 #define SERIES_DURATION_S 120.0
 #define ROUNDING_SHARE 100.0 /* a column's decimals resolve its noise or step this many times */
 #define EXACT_DECIMALS 12
@@ -94,9 +94,9 @@ static double step_of_bits(double bits) {
 /* the bench's settings: its defaults, exact sensors if so asked, then what was given */
 static void make_bench(struct twin *t) {
   const struct twin_settings *asked = t->asked;
-  tl_bench_settings *s = &t->bench;
+  tl_twin_settings *s = &t->bench;
 
-  *s = tl_bench_defaults(&t->model, &t->excitation);
+  *s = tl_twin_defaults(&t->model, &t->excitation);
   if (asked->ideal) s->jitter_s = s->ankle_step_rad = s->camera_noise_rad = 0.0;
   for (int j = 0; j < TL_MAX_JOINTS; j++) {
     if (asked->ideal) s->drive_step_rad[j] = s->current_noise_A[j] = 0.0;
@@ -159,7 +159,7 @@ static int keep_limits(struct twin *t, struct app_error *error) {
   tl_peak peak[TL_MAX_PEAKS];
   int broken;
 
-  tl_bench_limits(&t->model, &t->bench, t->limits);
+  tl_twin_limits(&t->model, &t->bench, t->limits);
   for (int j = 0; j < TL_MAX_JOINTS; j++) {
     replace(&t->limits[j].position_low, t->asked->limits[j].position_low);
     replace(&t->limits[j].position_high, t->asked->limits[j].position_high);
@@ -191,7 +191,7 @@ static int check_plant(const struct twin *t, struct app_error *error) {
 
 /* rates and duration against each other */
 static int check_times(const struct twin *t, struct app_error *error) {
-  const tl_bench_settings *s = &t->bench;
+  const tl_twin_settings *s = &t->bench;
 
   if (s->sample_hz > s->control_hz)
     return app_fail(error, APP_BAD_INPUT, "--rate: %g Hz is above the control's %g Hz", s->sample_hz,
@@ -214,7 +214,7 @@ static int check_effects(const struct twin *t, struct app_error *error) {
                       "%s: effects: '%s' shows only at a torque sensor at the output, "
                       "which this bench does not have",
                       t->asked->model, kind->name);
-    const int recorded = tl_effect_recorded_only(&t->effect[i]);
+    const int recorded = tl_effect_fit_only(&t->effect[i]);
     if (recorded >= 0)
       return app_fail(error, APP_BAD_INPUT,
                       "%s: effects: '%s' is not simulated with this %s, recordings alone can show it",
@@ -267,7 +267,7 @@ static int decimals_for(double fine) {
 }
 
 static void choose_decimals(const struct twin *t, int decimals[TL_CHANNEL_COUNT]) {
-  const tl_bench_settings *s = &t->bench;
+  const tl_twin_settings *s = &t->bench;
   double ratio = 1.0, slope;
 
   for (int c = 0; c < TL_CHANNEL_COUNT; c++) decimals[c] = EXACT_DECIMALS;
@@ -289,14 +289,14 @@ static void choose_decimals(const struct twin *t, int decimals[TL_CHANNEL_COUNT]
 
 /* ---- the run --------------------------------------------------------------------- */
 
-static int at_limit(const tl_bench *b) {
+static int at_limit(const tl_twin *b) {
   for (int j = 0; j < tl_joint_count(b->model); j++)
     if (fabs(b->current_A[j]) >= b->settings.current_limit_A[j]) return 1;
   return 0;
 }
 
 /* all samples into the two files; motion may be NULL */
-static int run_samples(struct twin *t, tl_bench *bench, struct recording_writer *writer,
+static int run_samples(struct twin *t, tl_twin *bench, struct recording_writer *writer,
                        struct output *motion, struct app_error *error) {
   unsigned long n = (unsigned long)floor(t->duration_s * t->bench.sample_hz + 0.5), limited = 0;
   double row[TL_CHANNEL_COUNT];
@@ -306,7 +306,7 @@ static int run_samples(struct twin *t, tl_bench *bench, struct recording_writer 
   progress_begin(&progress, "simulating");
   for (unsigned long k = 0; k < n; k++) {
     if (t->asked->reference) reference_lay(&t->trajectory, bench, &t->excitation);
-    status = tl_bench_next(bench, row);
+    status = tl_twin_next(bench, row);
     if (status != TL_OK) break;
     recording_writer_row(writer, row);
     if (motion) truth_motion_row(motion, bench, row[TL_CHANNEL_TIME]);
@@ -323,7 +323,7 @@ static int run_samples(struct twin *t, tl_bench *bench, struct recording_writer 
   return 0;
 }
 
-static int run(struct twin *t, tl_bench *bench, struct recording_writer *writer, struct output *motion,
+static int run(struct twin *t, tl_twin *bench, struct recording_writer *writer, struct output *motion,
                struct app_error *error) {
   if (t->asked->can) return live_run(t, bench, writer, motion, error);
   return run_samples(t, bench, writer, motion, error);
@@ -333,8 +333,8 @@ int twin_run(struct twin *twin, struct app_error *error) {
   int decimals[TL_CHANNEL_COUNT], result = -1;
   struct recording_writer *writer = NULL;
   struct output *motion = NULL;
-  tl_bench bench;
-  tl_status status = tl_bench_init(&bench, &twin->model, &twin->excitation, &twin->bench);
+  tl_twin bench;
+  tl_status status = tl_twin_init(&bench, &twin->model, &twin->excitation, &twin->bench);
 
   if (status == TL_ERR_UNSUPPORTED)
     return app_fail(error, APP_BAD_INPUT,

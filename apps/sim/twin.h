@@ -4,11 +4,11 @@
 
 #include <stdint.h>
 
-#include "error.h"
-#include "model_file.h"
-#include "talus/bench.h"
-#include "talus/excitation.h"
-#include "trajectory.h"
+#include "common/error.h"
+#include "model/model_file.h"
+#include "talus/experimental/twin.h"
+#include "talus/experimental/excitation.h"
+#include "motion/trajectory.h"
 
 /* TWIN_BUS: set-points from the bus */
 enum twin_excitation { TWIN_MULTISINE, TWIN_PAPER, TWIN_RAMPS, TWIN_BUS, TWIN_REFERENCE };
@@ -60,7 +60,7 @@ struct twin {
   struct trajectory trajectory; /* when it is followed */
   tl_scaling scaling;
   tl_limits limits[TL_MAX_JOINTS];
-  tl_bench_settings bench;
+  tl_twin_settings bench;
   double duration_s;
   struct model_bus bus; /* when has_bus */
   int has_bus;

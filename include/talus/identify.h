@@ -28,7 +28,7 @@ extern "C" {
 /* Fold the regressor rows of n instants of a motion that is at hand already into the
  * joints' factors ((joints), each initialised with as many columns as tl_row_index says);
  * the right-hand side is torque - known. Arrays as in tl_inverse_batch. No filter, no
- * grid: a recording goes through talus/regression.h instead. Takes 16 KiB of stack. Nullable: slip.
+ * grid: a recording goes through talus/experimental/regression.h instead. Takes 16 KiB of stack. Nullable: slip.
  * TL_ERR_ARGUMENT when a factor's columns are not those of its joint. */
 TL_CHECK tl_status tl_regressor_fold(const tl_model *m, size_t n, const double *q, const double *v,
                                      const double *a, const double *slip, const double *torque,

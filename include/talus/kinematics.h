@@ -7,7 +7,7 @@
  *
  *     tl_layout layout;
  *     tl_layout_init(&layout, &model, recorded_channels);
- *     tl_sense(&model, &layout, j, &score, step_s, &block, work, work_n, &sensing[j]);   // once a recording
+ *     tl_kinematics_window(&model, &layout, j, &score, step_s, &block, work, work_n, &sensing[j]);   // once a recording
  *     tl_kinematics(&model, &layout, sensing, &block, work, work_n, &track);         // block by block
  */
 #ifndef TALUS_KINEMATICS_H
@@ -61,8 +61,8 @@ typedef struct tl_sensing {
 
 /* Measure a joint's sensing on a sample of its rows (a few thousand serve).
  * TL_ERR_TOO_SHORT with fewer rows than 30. */
-size_t tl_sense_workspace(size_t n);
-TL_CHECK tl_status tl_sense(const tl_model *m, const tl_layout *layout, int joint,
+size_t tl_kinematics_window_workspace(size_t n);
+TL_CHECK tl_status tl_kinematics_window(const tl_model *m, const tl_layout *layout, int joint,
                             const tl_score_settings *score, double step_s, const tl_block *sample,
                             double *work, size_t work_n, tl_sensing *out);
 

@@ -56,14 +56,14 @@
 
 /* identification */
 #include "talus/identify.h"
-#include "talus/regression.h"
+#include "talus/experimental/regression.h"
 
 /* the bench twin */
 #include "talus/arena.h"
-#include "talus/bench.h"
-#include "talus/effect.h"
-#include "talus/excitation.h"
-#include "talus/simulate.h"
-#include "talus/stepped.h"
+#include "talus/experimental/twin.h"
+#include "talus/experimental/effect.h"
+#include "talus/experimental/excitation.h"
+#include "talus/experimental/simulate.h"
+#include "talus/experimental/hysteresis.h"
 
 #endif

@@ -1,5 +1,5 @@
 /* asymmetric_friction.c: friction with two values, one a direction (Armstrong-Helouvry 1991) */
-#include "effects.h"
+#include "../effect_kinds.h"
 
 #include <math.h>
 

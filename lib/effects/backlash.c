@@ -1,5 +1,5 @@
 /* backlash.c: lost motion between motor and joint: a dead zone before the teeth meet */
-#include "along.h"
+#include "../effect_columns.h"
 
 #define DAMPING_S 1e-3 /* of the teeth in contact: their damping over their stiffness */
 
@@ -13,9 +13,9 @@ static void change(const double *value, tl_effect_change *to) {
 
 /* the joint swings between the teeth under the load of its motor's motion, half the gap to each side */
 static void along(const tl_effect_stretch *s, int joint, const double *shape, int shows, double *column) {
-  tl_along_behind p = {shape[1], shape[0], shape[2], shape[3], shape[4], shape[5], 0.0, 1.0, 0.0, shape[6]};
+  tl_flexible_joint p = {shape[1], shape[0], shape[2], shape[3], shape[4], shape[5], 0.0, 1.0, 0.0, shape[6]};
 
-  tl_along_link(s, &p, joint, shows, column);
+  tl_columns_link(s, &p, joint, shows, column);
 }
 
 const tl_effect_kind tl_effect_backlash = {
@@ -28,13 +28,13 @@ const tl_effect_kind tl_effect_backlash = {
     .parameter = {{"share", 0.0, 2.0, 1.0, 0, 0.0}, /* of the lost motion; 1 for what the gap says */
                   {"gap_rad", 1e-4, 0.1, 0.004, 0, 0.0},
                   {"stiffness_Nm_rad", 100.0, 100000.0, 3000.0, 0, 0.0},
-                  {"damping_s", 0.0, 2.0, DAMPING_S, TL_OTHERWISE(DAMPING_S)},
+                  {"damping_s", 0.0, 2.0, DAMPING_S, TL_DEFAULT(DAMPING_S)},
                   {"friction_share", 0.0, 1.0, 0.0,
-                   TL_RECORDED(0.0)}, /* beyond the gap, of the dry friction */
-                  {"viscous_share", 0.0, 1.0, 0.0, TL_RECORDED(0.0)},
-                  {"motor_share", 0.02, 0.9, TL_EFFECT_MOTOR_SHARE, TL_OTHERWISE(TL_EFFECT_MOTOR_SHARE)},
+                   TL_FIT_ONLY(0.0)}, /* beyond the gap, of the dry friction */
+                  {"viscous_share", 0.0, 1.0, 0.0, TL_FIT_ONLY(0.0)},
+                  {"motor_share", 0.02, 0.9, TL_EFFECT_MOTOR_SHARE, TL_DEFAULT(TL_EFFECT_MOTOR_SHARE)},
                   {"drag_Nm", 0.0, 100.0, 0.0,
-                   TL_RECORDED(0.0)}}, /* friction between motor and joint in the gap */
+                   TL_FIT_ONLY(0.0)}}, /* friction between motor and joint in the gap */
     .change = change,
     .along = along,
     .memory_s = 2.0,

@@ -1,5 +1,5 @@
 /* base_compliance.c: a mount that turns under the knee's torque, or sways or rises under the leg's forces */
-#include "along.h"
+#include "../effect_columns.h"
 
 #include <string.h>
 
@@ -21,7 +21,7 @@ static moments moments_at(const tl_effect_stretch *s, const tl_model *weightless
   double torque[TL_MAX_JOINTS];
   moments m;
 
-  tl_along_motion(s, i, &now);
+  tl_columns_motion(s, i, &now);
   memset(&still, 0, sizeof still);
   memcpy(still.q, now.q, sizeof still.q);
   tl_inverse(weightless, &still, torque);
@@ -43,14 +43,14 @@ static double force_on_mount(const tl_effect_stretch *s, const moments *m, int u
 
 /* x'' + 2 d w x' + w^2 x = -w^2 drive, from drive in shift[2]: x in shift[0], its rates in the others */
 static void swing(const tl_effect_stretch *s, double w, double share, double *const shift[3]) {
-  tl_along_spring spring = {1.0 / (w * w), 1.0, 2.0 * share / w};
+  tl_columns_spring spring = {1.0 / (w * w), 1.0, 2.0 * share / w};
   double x = 0.0, v = 0.0, before = 0.0, drive;
   size_t i;
 
   for (i = 0; i < s->n; i++) {
     drive = shift[2][i];
     if (i == 0) x = -drive;
-    if (i > 0) tl_along_swing(&spring, before, drive, s->t_s[i] - s->t_s[i - 1], &x, &v);
+    if (i > 0) tl_columns_swing(&spring, before, drive, s->t_s[i] - s->t_s[i - 1], &x, &v);
     before = drive;
     shift[0][i] = x;
     shift[1][i] = v;
@@ -64,11 +64,11 @@ static void turn(const tl_effect_stretch *s, const tl_model *bare, const double 
                  double *column) {
   double *shift[3] = {s->work, s->work + s->n, s->work + 2 * s->n};
 
-  tl_along_nothing(column, s->n);
-  tl_along_load(s, bare, 0, shift[2]);
+  tl_columns_nothing(column, s->n);
+  tl_columns_load(s, bare, 0, shift[2]);
   swing(s, 2.0 * TL_PI * shape[0], shape[1], shift);
-  if (shows < TL_MAX_JOINTS) tl_along_shift(s, bare, 0, shift, shows, column);
-  if (shows == TL_EFFECT_SHOWS_SHANK) tl_along_copy(column, shift[0], s->n);
+  if (shows < TL_MAX_JOINTS) tl_columns_shift(s, bare, 0, shift, shows, column);
+  if (shows == TL_EFFECT_SHOWS_SHANK) tl_columns_copy(column, shift[0], s->n);
 }
 
 /* the mount's acceleration is one more gravity, across the first or (`up`) along it */
@@ -79,7 +79,7 @@ static void move(const tl_effect_stretch *s, const tl_model *bare, const double 
   moments m;
   size_t i;
 
-  tl_along_nothing(column, s->n);
+  tl_columns_nothing(column, s->n);
   if (shows >= TL_MAX_JOINTS) return;
   weightless.gravity_m_s2 = 1.0;
   for (i = 0; i < s->n; i++) {
@@ -108,8 +108,8 @@ const tl_effect_kind tl_effect_base_compliance = {
     .strengths = 3,
     .shapes = 2,
     .parameter = {{"compliance_rad_Nm", 0.0, 0.05, 0.001, 0, 0.0},
-                  {"sway_m_N", 0.0, 0.05, 0.0, TL_RECORDED(0.0)},
-                  {"rise_m_N", 0.0, 0.05, 0.0, TL_RECORDED(0.0)},
+                  {"sway_m_N", 0.0, 0.05, 0.0, TL_FIT_ONLY(0.0)},
+                  {"rise_m_N", 0.0, 0.05, 0.0, TL_FIT_ONLY(0.0)},
                   {"frequency_Hz", 1.0, 40.0, 8.0, 0, 0.0},
                   {"damping_ratio", 0.005, 1.0, 0.05, 0, 0.0}},
     .change = change,

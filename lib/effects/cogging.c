@@ -1,5 +1,5 @@
 /* cogging.c: attraction between slots and magnets; its strength is a torque at the motor */
-#include "effects.h"
+#include "../effect_kinds.h"
 
 #include "talus/math.h"
 
@@ -32,9 +32,9 @@ const tl_effect_kind tl_effect_cogging = {
     .shapes = 2,
     .parameter = {{"sine_Nm", -10.0, 10.0, 0.003, 0, 0.0},
                   {"cosine_Nm", -10.0, 10.0, 0.0, 0, 0.0},
-                  {"overtone_sine_Nm", -10.0, 10.0, 0.0, TL_OTHERWISE(0.0)}, /* at twice the order */
-                  {"overtone_cosine_Nm", -10.0, 10.0, 0.0, TL_OTHERWISE(0.0)},
+                  {"overtone_sine_Nm", -10.0, 10.0, 0.0, TL_DEFAULT(0.0)}, /* at twice the order */
+                  {"overtone_cosine_Nm", -10.0, 10.0, 0.0, TL_DEFAULT(0.0)},
                   {"per_turn", 0.01, 1200.0, 12.0, 0, 0.0},
-                  {"fades_Hz", 0.0, 1000.0, 0.0, TL_RECORDED(0.0)}},
+                  {"fades_Hz", 0.0, 1000.0, 0.0, TL_FIT_ONLY(0.0)}},
     .law = law,
 };

@@ -1,5 +1,5 @@
 /* current_offset.c: an offset of the current's measurement, as torque at the motor */
-#include "effects.h"
+#include "../effect_kinds.h"
 
 static void law(const tl_effect_instant *now, const double *shape, double *torque, double *friction) {
   (void)shape;

@@ -1,11 +1,11 @@
 /* delay.c: currents that are sampled later than the angles, or both later than a sensor at the output */
-#include "along.h"
+#include "../effect_columns.h"
 
 static void change(const double *value, tl_effect_change *to) {
   if (value[1] == 0.0)
     to->delay_s += value[0];
   else
-    to->telemetry_s += value[0];
+    to->telemetry_delay_s += value[0];
 }
 
 static void slope(const double *t_s, const double *x, size_t n, double factor, double *out) {
@@ -21,13 +21,13 @@ static void slope(const double *t_s, const double *x, size_t n, double factor, d
 static void along(const tl_effect_stretch *s, int joint, const double *shape, int shows, double *column) {
   size_t i;
 
-  tl_along_nothing(column, s->n);
+  tl_columns_nothing(column, s->n);
   if (shows != joint || s->n < 3 || (shape[0] != 0.0 && !s->effort_Nm)) return;
   if (s->effort_Nm && shape[0] == 0.0) {
     slope(s->t_s, s->effort_Nm, s->n, -1.0, column);
     return;
   }
-  tl_along_plain_torque(s, joint, s->work);
+  tl_columns_plain_torque(s, joint, s->work);
   for (i = 0; s->effort_Nm && i < s->n; i++) s->work[i] -= s->effort_Nm[i];
   slope(s->t_s, s->work, s->n, s->effort_Nm ? 1.0 : -1.0, column);
 }
@@ -41,7 +41,7 @@ const tl_effect_kind tl_effect_delay = {
     .shapes = 1,
     .parameter = {{"delay_s", -0.02, 0.02, 0.004, 0, 0.0}, /* positive: the current is later */
                   /* 1: the angles, too, which only a sensor at the output tells */
-                  {"angles_too", 0.0, 1.0, 0.0, TL_RECORDED(0.0)}},
+                  {"angles_too", 0.0, 1.0, 0.0, TL_FIT_ONLY(0.0)}},
     .change = change,
     .along = along,
     .memory_s = 0.02,

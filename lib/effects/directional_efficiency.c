@@ -1,5 +1,5 @@
 /* directional_efficiency.c: a share of the load is lost, another share when the load drives the motor (screws, worm gears) */
-#include "effects.h"
+#include "../effect_kinds.h"
 
 #include <math.h>
 
@@ -24,7 +24,7 @@ const tl_effect_kind tl_effect_directional_efficiency = {
     .shapes = 2,
     .parameter = {{"driving", 0.0, 0.6, 0.15, 0, 0.0},
                   {"back_driving", 0.0, 0.6, 0.05, 0, 0.0},
-                  {"rotor_share", 0.0, 1.0, 1.0, TL_RECORDED(1.0)},
-                  {"friction_share", 0.0, 1.0, 0.0, TL_OTHERWISE(0.0)}},
+                  {"rotor_share", 0.0, 1.0, 1.0, TL_FIT_ONLY(1.0)},
+                  {"friction_share", 0.0, 1.0, 0.0, TL_DEFAULT(0.0)}},
     .law = law,
 };

@@ -1,5 +1,5 @@
 /* elasticity.c: a transmission that twists in proportion to the load (Spong 1987) */
-#include "along.h"
+#include "../effect_columns.h"
 
 static void change(const double *value, tl_effect_change *to) {
   to->compliance_rad_Nm += value[0] / value[3] + value[1];
@@ -14,23 +14,23 @@ static void twist(const tl_effect_stretch *s, int joint, int by_friction, int sh
   const tl_drive *d = &s->model->drive[joint];
   size_t i;
 
-  tl_along_load(s, &bare, joint, shift[0]);
+  tl_columns_load(s, &bare, joint, shift[0]);
   for (i = 0; i < s->n && by_friction; i++)
     shift[0][i] = d->coulomb_Nm * s->slip[joint][i] + d->viscous_Nms_rad * s->v[joint][i];
-  tl_along_bridge(s, joint, shift[0]);
+  tl_columns_bridge(s, joint, shift[0]);
   for (i = 0; i < s->n; i++) shift[0][i] = -shift[0][i];
-  tl_along_rates(s, shift);
-  tl_along_displaced(s, &bare, joint, shift, shows, column);
+  tl_columns_rates(s, shift);
+  tl_columns_displaced(s, &bare, joint, shift, shows, column);
 }
 
 /* The joint swings on its spring against its motor, under the load of the motor's motion; or, where the spring
  * is stiff, it follows load and friction at once. */
 static void along(const tl_effect_stretch *s, int joint, const double *shape, int shows, double *column) {
-  tl_along_behind p = {shape[0], 0.0,      shape[1], shape[2], shape[3],
+  tl_flexible_joint p = {shape[0], 0.0,      shape[1], shape[2], shape[3],
                        shape[4], shape[5], shape[6], shape[7], 0.0};
   int k;
 
-  tl_along_link(s, &p, joint, shows, column);
+  tl_columns_link(s, &p, joint, shows, column);
   for (k = 0; k < 2; k++) twist(s, joint, k, shows, column + (size_t)(1 + k) * s->n);
 }
 
@@ -42,17 +42,17 @@ const tl_effect_kind tl_effect_elasticity = {
     .strengths = 3,
     .shapes = 8,
     .parameter = {{"share", 0.0, 2.0, 1.0, 0, 0.0}, /* of the twist; 1 for what the stiffness says */
-                  {"compliance_rad_Nm", 0.0, 0.05, 0.0, TL_OTHERWISE(0.0)}, /* of a stiff spring */
-                  {"friction_compliance_rad_Nm", 0.0, 0.05, 0.0, TL_RECORDED(0.0)},
+                  {"compliance_rad_Nm", 0.0, 0.05, 0.0, TL_DEFAULT(0.0)}, /* of a stiff spring */
+                  {"friction_compliance_rad_Nm", 0.0, 0.05, 0.0, TL_FIT_ONLY(0.0)},
                   {"stiffness_Nm_rad", 20.0, 100000.0, 1000.0, 0, 0.0},
                   {"damping_s", 0.0, 2.0, 0.001, 0, 0.0},
                   {"friction_share", 0.0, 1.0, 0.0,
-                   TL_RECORDED(0.0)}, /* beyond the spring, of the dry friction */
-                  {"viscous_share", 0.0, 1.0, 0.0, TL_RECORDED(0.0)},
-                  {"motor_share", 0.02, 0.9, TL_EFFECT_MOTOR_SHARE, TL_OTHERWISE(TL_EFFECT_MOTOR_SHARE)},
-                  {"soft_rad", 0.0, 0.1, 0.0, TL_RECORDED(0.0)}, /* so far a share of the stiffness */
-                  {"soft_share", 0.0, 1.0, 1.0, TL_RECORDED(1.0)},
-                  {"hardening_Nm_rad3", 0.0, 1e10, 0.0, TL_RECORDED(0.0)}},
+                   TL_FIT_ONLY(0.0)}, /* beyond the spring, of the dry friction */
+                  {"viscous_share", 0.0, 1.0, 0.0, TL_FIT_ONLY(0.0)},
+                  {"motor_share", 0.02, 0.9, TL_EFFECT_MOTOR_SHARE, TL_DEFAULT(TL_EFFECT_MOTOR_SHARE)},
+                  {"soft_rad", 0.0, 0.1, 0.0, TL_FIT_ONLY(0.0)}, /* so far a share of the stiffness */
+                  {"soft_share", 0.0, 1.0, 1.0, TL_FIT_ONLY(1.0)},
+                  {"hardening_Nm_rad3", 0.0, 1e10, 0.0, TL_FIT_ONLY(0.0)}},
     .change = change,
     .along = along,
     .memory_s = 2.0,

@@ -1,5 +1,5 @@
 /* encoder_eccentricity.c: encoders mounted off the axis: an error once a turn, or some whole times */
-#include "along.h"
+#include "../effect_columns.h"
 
 #include "talus/math.h"
 
@@ -16,14 +16,14 @@ static void along(const tl_effect_stretch *s, int joint, const double *shape, in
   size_t i;
 
   for (k = 0; k < 2; k++) {
-    tl_along_wave(s, joint, shape[0], k, shift);
+    tl_columns_wave(s, joint, shape[0], k, shift);
     /* The motor's encoder shows so much too much, so the joint stands that over the ratio behind what it shows.
      * The ratio changes slowly beside the error: its own rates are left out. */
     for (i = 0; i < s->n; i++)
       for (d = 0; d < 3; d++) shift[d][i] /= -shift[3][i];
-    tl_along_displaced(s, s->model, joint, shift, shows, column + (size_t)k * s->n);
+    tl_columns_displaced(s, s->model, joint, shift, shows, column + (size_t)k * s->n);
   }
-  tl_along_nothing(column + 2 * s->n, 2 * s->n);
+  tl_columns_nothing(column + 2 * s->n, 2 * s->n);
   for (i = 0; i < s->n && shows == TL_EFFECT_SHOWS_ENCODER; i++) {
     tl_sincos(shape[1] * s->q[joint][i], &one[0], &one[1]);
     for (k = 0; k < 2; k++) column[(size_t)(2 + k) * s->n + i] = one[k];
@@ -41,8 +41,8 @@ const tl_effect_kind tl_effect_encoder_eccentricity = {
                   {"motor_cosine_rad", -3.0, 3.0, 0.0, 0, 0.0},
                   {"joint_sine_rad", -0.1, 0.1, 0.004, 0, 0.0},
                   {"joint_cosine_rad", -0.1, 0.1, 0.0, 0, 0.0},
-                  {"motor_per_turn", 1.0, 100.0, 1.0, TL_RECORDED(1.0)},
-                  {"joint_per_turn", 1.0, 1000.0, 1.0, TL_RECORDED(1.0)}},
+                  {"motor_per_turn", 1.0, 100.0, 1.0, TL_FIT_ONLY(1.0)},
+                  {"joint_per_turn", 1.0, 1000.0, 1.0, TL_FIT_ONLY(1.0)}},
     .change = change,
     .along = along,
 };

@@ -1,5 +1,5 @@
 /* friction_drift.c: friction on its way from cold to warm, first order in time; or with the temperature itself */
-#include "effects.h"
+#include "../effect_kinds.h"
 
 #include "talus/math.h"
 
@@ -26,12 +26,12 @@ const tl_effect_kind tl_effect_friction_drift = {
     .shapes = 2,
     .parameter = {{"coulomb_Nm", -100.0, 100.0, -0.3, 0, 0.0}, /* what comes as it warms up */
                   {"viscous_Nms_rad", -1000.0, 1000.0, -0.1, 0, 0.0},
-                  {"cold_coulomb_Nm", -100.0, 100.0, 0.0, TL_OTHERWISE(0.0)}, /* what goes as it warms up */
-                  {"cold_viscous_Nms_rad", -1000.0, 1000.0, 0.0, TL_OTHERWISE(0.0)},
-                  {"coulomb_Nm_10K", -100.0, 100.0, 0.0, TL_HEATED},
-                  {"viscous_Nms_rad_10K", -1000.0, 1000.0, 0.0, TL_HEATED},
+                  {"cold_coulomb_Nm", -100.0, 100.0, 0.0, TL_DEFAULT(0.0)}, /* what goes as it warms up */
+                  {"cold_viscous_Nms_rad", -1000.0, 1000.0, 0.0, TL_DEFAULT(0.0)},
+                  {"coulomb_Nm_10K", -100.0, 100.0, 0.0, TL_NEEDS_TEMPERATURE},
+                  {"viscous_Nms_rad_10K", -1000.0, 1000.0, 0.0, TL_NEEDS_TEMPERATURE},
                   {"time_constant_s", 1.0, 2000.0, 60.0, 0, 0.0},
-                  {"middle_C", -100.0, 300.0, 30.0, TL_OTHERWISE(0.0)}},
+                  {"middle_C", -100.0, 300.0, 30.0, TL_DEFAULT(0.0)}},
     .law = law,
     .memory_s = 1.1, /* the temperature is a mean over 2 s */
 };

@@ -1,5 +1,5 @@
 /* gravity_tilt.c: gravity turned by a small angle, to first order */
-#include "effects.h"
+#include "../effect_kinds.h"
 
 static void law(const tl_effect_instant *now, const double *shape, double *torque, double *friction) {
   (void)shape;

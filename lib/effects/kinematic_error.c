@@ -1,6 +1,6 @@
 /* kinematic_error.c: a harmonic drive's error once, twice or four times a turn of its wave generator: a torque ripple at
  * the joint, and an angle by which the joint runs ahead of its motor (Tuttle and Seering 1996) */
-#include "along.h"
+#include "../effect_columns.h"
 
 #include "talus/math.h"
 
@@ -24,7 +24,7 @@ static void add_slope(const tl_effect_stretch *s, const tl_model *link, int join
   double *load = shift[1], wave[2];
   size_t i;
 
-  tl_along_load(s, link, joint, load);
+  tl_columns_load(s, link, joint, load);
   for (i = 0; i < s->n; i++) {
     tl_sincos(order * tl_transmission_motor_angle(t, s->q[joint][i]), &wave[0], &wave[1]);
     column[i] += load[i] * (k == 0 ? wave[1] : -wave[0]) * order * shift[3][i];
@@ -36,11 +36,11 @@ static void along(const tl_effect_stretch *s, int joint, const double *shape, in
   tl_model link = tl_effect_bare_model(s->model);
   int k;
 
-  tl_along_nothing(column, 2 * s->n);
-  tl_along_nothing(column + 4 * s->n, 2 * s->n);
+  tl_columns_nothing(column, 2 * s->n);
+  tl_columns_nothing(column + 4 * s->n, 2 * s->n);
   for (k = 0; k < 2; k++) {
-    tl_along_wave(s, joint, shape[0], k, shift);
-    tl_along_displaced(s, &link, joint, shift, shows, column + (size_t)(2 + k) * s->n);
+    tl_columns_wave(s, joint, shape[0], k, shift);
+    tl_columns_displaced(s, &link, joint, shift, shows, column + (size_t)(2 + k) * s->n);
     if (shows == joint) add_slope(s, &link, joint, shape[0], k, shift, column + (size_t)(2 + k) * s->n);
   }
 }
@@ -55,12 +55,12 @@ const tl_effect_kind tl_effect_kinematic_error = {
     .shapes = 2,
     .parameter = {{"sine_Nm", -100.0, 100.0, 0.2, 0, 0.0},
                   {"cosine_Nm", -100.0, 100.0, 0.0, 0, 0.0},
-                  {"sine_rad", -0.1, 0.1, 0.0, TL_RECORDED(0.0)},
-                  {"cosine_rad", -0.1, 0.1, 0.0, TL_RECORDED(0.0)},
-                  {"sine_share", -1.0, 1.0, 0.0, TL_RECORDED(0.0)}, /* of the load */
-                  {"cosine_share", -1.0, 1.0, 0.0, TL_RECORDED(0.0)},
+                  {"sine_rad", -0.1, 0.1, 0.0, TL_FIT_ONLY(0.0)},
+                  {"cosine_rad", -0.1, 0.1, 0.0, TL_FIT_ONLY(0.0)},
+                  {"sine_share", -1.0, 1.0, 0.0, TL_FIT_ONLY(0.0)}, /* of the load */
+                  {"cosine_share", -1.0, 1.0, 0.0, TL_FIT_ONLY(0.0)},
                   {"per_turn", 0.01, 4.0, 2.0, 0, 0.0},
-                  {"fades_Hz", 0.0, 1000.0, 0.0, TL_RECORDED(0.0)}},
+                  {"fades_Hz", 0.0, 1000.0, 0.0, TL_FIT_ONLY(0.0)}},
     .law = law,
     .along = along,
 };

@@ -1,5 +1,5 @@
 /* linkage_error.c: a screw linkage built with other dimensions than the drawing's */
-#include "along.h"
+#include "../effect_columns.h"
 
 #include <string.h>
 
@@ -37,7 +37,7 @@ static void add_shown(const tl_effect_stretch *s, int joint, const tl_model *oth
       column[i] += weight * moved[0];
       continue;
     }
-    tl_along_motion(s, i, &now);
+    tl_columns_motion(s, i, &now);
     now.q[joint] = moved[0];
     now.v[joint] = moved[1];
     now.a[joint] = moved[2];
@@ -55,7 +55,7 @@ static void along(const tl_effect_stretch *s, int joint, const double *shape, in
   (void)shape;
   for (k = 0; k < 4; k++) {
     double *to = column + (size_t)k * s->n;
-    tl_along_nothing(to, s->n);
+    tl_columns_nothing(to, s->n);
     if (s->model->drive[joint].transmission.kind != TL_TRANSMISSION_SCREW_LINKAGE) continue;
     if (shows == TL_EFFECT_SHOWS_SHANK) continue;
     for (side = 0; side < 2; side++) {
@@ -81,7 +81,7 @@ const tl_effect_kind tl_effect_linkage_error = {
     .parameter = {{"AB_m", -0.01, 0.01, 0.0, 0, 0.0},
                   {"BO_m", -0.01, 0.01, 0.0015, 0, 0.0},
                   {"AC_m", -0.01, 0.01, 0.0, 0, 0.0},
-                  {"BOF_rad", -0.2, 0.2, 0.0, TL_OTHERWISE(0.0)}},
+                  {"BOF_rad", -0.2, 0.2, 0.0, TL_DEFAULT(0.0)}},
     .change = change,
     .along = along,
     .exact = 1,

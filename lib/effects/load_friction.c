@@ -1,7 +1,7 @@
 /* load_friction.c: friction in proportion to the load (Dohring, Lee and Newman 1993; Bittencourt and Gunnarsson 2012).
  * What the gear carries is read in several ways: with or without its rotor's inertia, with or without friction; and where it
  * is the motor's torque T, this friction carries itself: T = X + c |T| slip is X + (c |X| slip + c^2 X) / (1 - c^2). */
-#include "effects.h"
+#include "../effect_kinds.h"
 
 #include <math.h>
 
@@ -29,11 +29,11 @@ const tl_effect_kind tl_effect_load_friction = {
     .strengths = 1,
     .shapes = 5,
     .parameter = {{"coefficient", 0.0, 0.6, 0.1, 0, 0.0},
-                  {"rotor_share", 0.0, 1.0, 1.0, TL_RECORDED(1.0)},
-                  {"friction_share", 0.0, 1.0, 0.0, TL_OTHERWISE(0.0)},
+                  {"rotor_share", 0.0, 1.0, 1.0, TL_FIT_ONLY(1.0)},
+                  {"friction_share", 0.0, 1.0, 0.0, TL_DEFAULT(0.0)},
                   {"exponent", 1.0, 3.0, 1.0,
-                   TL_OTHERWISE(1.0)}, /* above 1: the coefficient holds at scale_Nm */
-                  {"scale_Nm", 1e-6, 10000.0, 1.0, TL_OTHERWISE(1.0)},
-                  {"own_coefficient", 0.0, 0.6, 0.0, TL_RECORDED(0.0)}}, /* where it carries itself */
+                   TL_DEFAULT(1.0)}, /* above 1: the coefficient holds at scale_Nm */
+                  {"scale_Nm", 1e-6, 10000.0, 1.0, TL_DEFAULT(1.0)},
+                  {"own_coefficient", 0.0, 0.6, 0.0, TL_FIT_ONLY(0.0)}}, /* where it carries itself */
     .law = law,
 };

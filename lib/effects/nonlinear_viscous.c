@@ -1,6 +1,6 @@
 /* nonlinear_viscous.c: a power of speed beside the linear term: above 1 drag, below 1 a fluid that thins; or a fluid
  * whose friction saturates */
-#include "effects.h"
+#include "../effect_kinds.h"
 
 #include <math.h>
 
@@ -24,6 +24,6 @@ const tl_effect_kind tl_effect_nonlinear_viscous = {
     .parameter = {{"size_Nm", -1000.0, 1000.0, 0.1, 0, 0.0},
                   {"exponent", 0.2, 3.0, 2.0, 0, 0.0},
                   {"saturation_rad_s", 0.0, 100.0, 0.0,
-                   TL_OTHERWISE(0.0)}}, /* above 0 in the exponent's place */
+                   TL_DEFAULT(0.0)}}, /* above 0 in the exponent's place */
     .law = law,
 };

@@ -1,6 +1,6 @@
 /* parallel_spring.c: a cable or a cover beside the joint: a polynomial in the angle, with its preload at angle 0; and
  * a bumper that is met at an angle */
-#include "effects.h"
+#include "../effect_kinds.h"
 
 static void law(const tl_effect_instant *now, const double *shape, double *torque, double *friction) {
   double side = shape[1] < 0.0 ? -1.0 : 1.0, depth = side * (now->q - shape[0]);
@@ -25,9 +25,9 @@ const tl_effect_kind tl_effect_parallel_spring = {
     .parameter = {{"stiffness_Nm_rad", -1e4, 1e4, 3.0, 0, 0.0},
                   {"stiffening_Nm_rad3", -1e6, 1e6, 0.0, 0, 0.0},
                   {"preload_Nm", -1000.0, 1000.0, 0.0, 0, 0.0},
-                  {"bend_Nm_rad2", -1e5, 1e5, 0.0, TL_OTHERWISE(0.0)},
-                  {"bumper_Nm_rad", 0.0, 1e5, 0.0, TL_OTHERWISE(0.0)},
-                  {"bumper_rad", -1000.0, 1000.0, 0.0, TL_OTHERWISE(0.0)},
-                  {"bumper_side", -1.0, 1.0, 1.0, TL_OTHERWISE(1.0)}}, /* below 0: met from above */
+                  {"bend_Nm_rad2", -1e5, 1e5, 0.0, TL_DEFAULT(0.0)},
+                  {"bumper_Nm_rad", 0.0, 1e5, 0.0, TL_DEFAULT(0.0)},
+                  {"bumper_rad", -1000.0, 1000.0, 0.0, TL_DEFAULT(0.0)},
+                  {"bumper_side", -1.0, 1.0, 1.0, TL_DEFAULT(1.0)}}, /* below 0: met from above */
     .law = law,
 };

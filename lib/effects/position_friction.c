@@ -1,5 +1,5 @@
 /* position_friction.c: friction along the travel: a polynomial in the angle, and a wave: misalignment, seals, cables */
-#include "effects.h"
+#include "../effect_kinds.h"
 
 #include "talus/math.h"
 
@@ -28,13 +28,13 @@ const tl_effect_kind tl_effect_position_friction = {
     .shapes = 3,
     .parameter = {{"slope_Nm_rad", -1e4, 1e4, 0.5, 0, 0.0},
                   {"bend_Nm_rad2", -1e6, 1e6, 1.0, 0, 0.0},
-                  {"cubic_Nm_rad3", -1e8, 1e8, 0.0, TL_OTHERWISE(0.0)},
-                  {"quartic_Nm_rad4", -1e10, 1e10, 0.0, TL_OTHERWISE(0.0)},
-                  {"sine_Nm", -100.0, 100.0, 0.0, TL_OTHERWISE(0.0)},
-                  {"cosine_Nm", -100.0, 100.0, 0.0, TL_OTHERWISE(0.0)},
-                  {"middle_rad", -1000.0, 1000.0, 0.0, TL_OTHERWISE(0.0)}, /* the angle counts from here */
-                  {"wave_1_rad", 0.0, 10000.0, 0.0, TL_OTHERWISE(0.0)},
+                  {"cubic_Nm_rad3", -1e8, 1e8, 0.0, TL_DEFAULT(0.0)},
+                  {"quartic_Nm_rad4", -1e10, 1e10, 0.0, TL_DEFAULT(0.0)},
+                  {"sine_Nm", -100.0, 100.0, 0.0, TL_DEFAULT(0.0)},
+                  {"cosine_Nm", -100.0, 100.0, 0.0, TL_DEFAULT(0.0)},
+                  {"middle_rad", -1000.0, 1000.0, 0.0, TL_DEFAULT(0.0)}, /* the angle counts from here */
+                  {"wave_1_rad", 0.0, 10000.0, 0.0, TL_DEFAULT(0.0)},
                   {"range_rad", 0.0, 1000.0, 0.0,
-                   TL_OTHERWISE(0.0)}}, /* of the polynomial, to each side; 0: any */
+                   TL_DEFAULT(0.0)}}, /* of the polynomial, to each side; 0: any */
     .law = law,
 };

@@ -1,7 +1,7 @@
 /* presliding.c: friction as a spring over a small travel before it slides (Dahl, "A solid friction model", 1968) */
-#include "along.h"
+#include "../effect_columns.h"
 
-#include "talus/stepped.h"
+#include "talus/experimental/hysteresis.h"
 
 static void change(const double *value, tl_effect_change *to) {
   to->memory_Nm += value[0];
@@ -14,9 +14,9 @@ static void change(const double *value, tl_effect_change *to) {
 static void along(const tl_effect_stretch *s, int joint, const double *shape, int shows, double *column) {
   size_t i;
 
-  tl_along_nothing(column, s->n);
+  tl_columns_nothing(column, s->n);
   if (shows != joint || s->n == 0) return;
-  tl_stepped_dahl(s->q[joint], s->n, shape[0], shape[1], s->slip[joint][0], column);
+  tl_dahl_along(s->q[joint], s->n, shape[0], shape[1], s->slip[joint][0], column);
   for (i = 0; i < s->n; i++) column[i] -= s->slip[joint][i];
 }
 
@@ -29,7 +29,7 @@ const tl_effect_kind tl_effect_presliding = {
     .shapes = 2,
     .parameter = {{"friction_Nm", 0.0, 200.0, 0.6, 0, 0.0},
                   {"travel_rad", 1e-5, 0.2, 0.005, 0, 0.0},
-                  {"power", 1.0, 2.0, 1.0, TL_OTHERWISE(1.0)}},
+                  {"power", 1.0, 2.0, 1.0, TL_DEFAULT(1.0)}},
     .change = change,
     .along = along,
     .memory_s = 4.0,

@@ -1,5 +1,5 @@
 /* sensor_offset.c: a constant of the output sensor */
-#include "effects.h"
+#include "../effect_kinds.h"
 
 static void law(const tl_effect_instant *now, const double *shape, double *torque, double *friction) {
   (void)shape;

@@ -1,5 +1,5 @@
 /* stribeck.c: friction above Coulomb's near standstill (Stribeck 1902; the exponential form of Bo and Pavelescu 1982) */
-#include "effects.h"
+#include "../effect_kinds.h"
 
 #include <math.h>
 

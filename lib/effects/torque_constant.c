@@ -1,9 +1,9 @@
 /* torque_constant.c: the drive delivers (1 + excess) of what current times constant says; needs a sensor at the output.
  * It comes before all that the gear does with that torque, so that friction grows with what it truly carries. */
-#include "along.h"
+#include "../effect_columns.h"
 
 static void change(const double *value, tl_effect_change *to) {
-  to->drive_excess += value[0];
+  to->torque_constant_error += value[0];
 }
 
 /* what the drive gives more need not be asked for */
@@ -11,7 +11,7 @@ static void along(const tl_effect_stretch *s, int joint, const double *shape, in
   size_t i;
 
   (void)shape;
-  tl_along_nothing(column, s->n);
+  tl_columns_nothing(column, s->n);
   if (shows != joint || !s->effort_Nm) return;
   for (i = 0; i < s->n; i++) column[i] = -s->effort_Nm[i];
 }

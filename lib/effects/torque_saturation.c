@@ -1,5 +1,5 @@
 /* torque_saturation.c: the motor's iron saturates: what the current shows is more than the torque */
-#include "effects.h"
+#include "../effect_kinds.h"
 
 #include <math.h>
 
@@ -24,6 +24,6 @@ const tl_effect_kind tl_effect_torque_saturation = {
     .shapes = 2,
     .parameter = {{"droop_1_Nm", -1e30, 1e30, 0.5, 0, 0.0}, /* 1 / Nm^exponent */
                   {"exponent", 0.0, 8.0, 1.0, 0, 0.0},
-                  {"begin_Nm", 0.0, 1e4, 0.0, TL_OTHERWISE(0.0)}},
+                  {"begin_Nm", 0.0, 1e4, 0.0, TL_DEFAULT(0.0)}},
     .law = law,
 };

@@ -2,9 +2,9 @@
 #include <inttypes.h>
 #include <stdio.h>
 
-#include "cli.h"
-#include "error.h"
-#include "progress.h"
+#include "common/cli.h"
+#include "common/error.h"
+#include "common/progress.h"
 
 static int quick;
 static const char *model, *note = "none";

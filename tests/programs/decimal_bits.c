@@ -5,7 +5,7 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "decimal.h"
+#include "common/decimal.h"
 
 int main(void) {
   char line[4096];

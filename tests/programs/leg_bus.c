@@ -14,7 +14,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "leg_bus.h"
+#include "leg_bus/leg_bus.h"
 
 static struct model_file file;
 static struct leg_bus_encoder encoder[TL_MAX_JOINTS];

@@ -9,8 +9,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "model_file.h"
-#include "plant_name.h"
+#include "model/model_file.h"
+#include "model/plant_name.h"
 
 #define SHOW(member) printf("%s %.17g\n", #member, m->member)
 

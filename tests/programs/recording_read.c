@@ -9,8 +9,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "plant_name.h"
-#include "recording.h"
+#include "model/plant_name.h"
+#include "recording/recording.h"
 
 static int print_summary(const struct recording *r) {
   fprintf(stderr, "rows %zu first_s %.17g last_s %.17g step_s %.17g channels", recording_rows(r),

@@ -10,16 +10,16 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "lateness.h"
+#include "leg_bus/lateness.h"
 
 /* a program's own parts are in no library */
 #include "../../apps/sim/orders.c" /* NOLINT(bugprone-suspicious-include) */
 
 static struct model_file file;
 static tl_excitation excitation;
-static tl_bench_settings settings;
+static tl_twin_settings settings;
 static tl_limits limits[TL_MAX_JOINTS];
-static tl_bench bench;
+static tl_twin bench;
 static struct orders orders;
 
 static void take(const char *text) {
@@ -64,9 +64,9 @@ int main(int argc, char **argv) {
 
   if (argc != 3 || model_file_read(argv[1], &file, &error) != 0) return 2;
   orders_rest(&excitation, TL_MAX_JOINTS);
-  settings = tl_bench_defaults(&file.model, &excitation);
-  tl_bench_limits(&file.model, &settings, limits);
-  if (tl_bench_init(&bench, &file.model, &excitation, &settings) != TL_OK) return 2;
+  settings = tl_twin_defaults(&file.model, &excitation);
+  tl_twin_limits(&file.model, &settings, limits);
+  if (tl_twin_init(&bench, &file.model, &excitation, &settings) != TL_OK) return 2;
   orders_init(&orders, &file.model, &settings, limits, strcmp(argv[2], "follow") == 0);
   printf("%.17g %.17g %.17g\n", settings.stiffness[0], settings.stiffness[1], settings.current_limit_A[0]);
   while (fgets(line, sizeof line, stdin)) {

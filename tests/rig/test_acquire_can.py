@@ -16,7 +16,7 @@ import tty
 from pathlib import Path
 
 import pytest
-from acquire_export import record as export_record
+from talus.acquire_export import record as export_record
 from recording import Recording, counters, read_lines, send
 from support import BUILD, run
 

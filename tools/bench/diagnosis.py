@@ -6,9 +6,9 @@ import random
 import numpy
 import talus
 import yaml
-from gap.evidence import Evidence
-from gap.search import Search
-from gap.track import Track
+from talus.diagnosis.evidence import Evidence
+from talus.diagnosis.search import Search
+from talus.diagnosis.track import Track
 from growth import repeat, run, simulate
 from measure import Comparison, Outcome, alternate, duration
 

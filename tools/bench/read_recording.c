@@ -12,8 +12,8 @@
 #include <stdlib.h>
 #include <time.h>
 
-#include "plant_name.h"
-#include "recording.h"
+#include "model/plant_name.h"
+#include "recording/recording.h"
 
 static double seconds(clockid_t clock) {
   struct timespec now = {0, 0};

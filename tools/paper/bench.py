@@ -80,7 +80,7 @@ def series(phase_seed=None):
 def limits(machine):
     """What the bench with this machine on it can do."""
     out = ffi.new("tl_limits[]", len(JOINTS))
-    lib.tl_bench_limits(machine.struct, settings_of(machine, series(), 1), out)
+    lib.tl_twin_limits(machine.struct, settings_of(machine, series(), 1), out)
     return out
 
 
@@ -104,7 +104,7 @@ def scaled(model, bounds, phase_seed=None):
 
 def settings_of(machine, excitation, seed):
     """The bench's settings for one recording."""
-    settings = ffi.new("tl_bench_settings *", lib.tl_bench_defaults(machine.struct, excitation))
+    settings = ffi.new("tl_twin_settings *", lib.tl_twin_defaults(machine.struct, excitation))
     settings.sample_hz, settings.seed = published.SAMPLE_HZ, seed
     # whole ticks, so that samples lie amid two of them and a held current is seen neither early nor late
     settings.settle_s = round(settings.settle_s * settings.control_hz) / settings.control_hz
@@ -121,13 +121,13 @@ def describe(settings):
 def record(machine, excitation, seconds, seed, path):
     """A recording of the machine on the bench, written to `path`: (columns, true motor torque)."""
     settings = settings_of(machine, excitation.struct, seed)
-    bench, row = ffi.new("tl_bench *"), ffi.new("double[]", lib.TL_CHANNEL_COUNT)
-    check(lib.tl_bench_init(bench, machine.struct, excitation.struct, settings))
+    bench, row = ffi.new("tl_twin *"), ffi.new("double[]", lib.TL_CHANNEL_COUNT)
+    check(lib.tl_twin_init(bench, machine.struct, excitation.struct, settings))
     number = {ffi.string(lib.tl_channel_name(c)).decode(): c for c in range(lib.TL_CHANNEL_COUNT)}
     n = round(seconds * published.SAMPLE_HZ)
     samples, torque = numpy.empty((n, lib.TL_CHANNEL_COUNT)), numpy.empty((len(JOINTS), n))
     for i in range(n):
-        check(lib.tl_bench_next(bench, row))
+        check(lib.tl_twin_next(bench, row))
         samples[i] = numpy.frombuffer(ffi.buffer(row))
         torque[:, i] = bench.torque[0], bench.torque[1]
     columns = {name: numpy.round(samples[:, number[name]], decimals) for name, decimals in COLUMNS.items()}

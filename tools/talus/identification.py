@@ -86,9 +86,9 @@ class Regression:
     def _sense(self, joint, window):
         begin, end = next(iter(self.recording.segments()))
         end = min(end, begin + SAMPLE_ROWS)
-        work = numpy.empty(lib.tl_sense_workspace(end - begin))
+        work = numpy.empty(lib.tl_kinematics_window_workspace(end - begin))
         sensing = self.struct.sensing + joint
-        check(lib.tl_sense(self.model.struct, ffi.addressof(self.struct, "layout"), joint, self.recording.score,
+        check(lib.tl_kinematics_window(self.model.struct, ffi.addressof(self.struct, "layout"), joint, self.recording.score,
                            self.recording.step_s, self.recording.block(begin, end), pointer(work), len(work), sensing))
         if window:
             sensing.window.order, sensing.window.length_s = window

@@ -1,0 +1,200 @@
+/* effect.h: effects that the plain model does not know, one interface for all of them.
+ *
+ * An effect adds to the torque of a joint a sum over its strengths: column k times strength k. The
+ * columns depend on the motion, and on a few shape parameters that do not enter linearly. One law
+ * serves fitting (its columns), prediction (its sum) and simulation (its torque, and the level of
+ * friction it adds, so that a joint can stick on it).
+ *
+ *     const tl_effect_kind *kind = tl_effect_find("stribeck");
+ *     tl_effect e = tl_effect_typical(kind, 1);        // at the ankle
+ *     double torque_Nm, friction_Nm;
+ *     tl_effect_law(&e, &instant, &torque_Nm, &friction_Nm);
+ *     // at the joint: torque_Nm + friction_Nm * instant.slip
+ *
+ * The table of effects (tl_effect_table) is the only list of them: model files, reports,
+ * simulation and documentation read it. docs/effects.md shows how one is added.
+ */
+#ifndef TALUS_EFFECT_H
+#define TALUS_EFFECT_H
+
+#include <stddef.h>
+
+#include "talus/kinematics.h"
+#include "talus/plant.h"
+#include "talus/status.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+#define TL_EFFECT_MAX_STRENGTHS 6
+#define TL_EFFECT_MAX_SHAPES 8
+#define TL_EFFECT_MAX_PARAMETERS (TL_EFFECT_MAX_STRENGTHS + TL_EFFECT_MAX_SHAPES)
+
+/* What a law may depend on: one joint at one instant. */
+typedef struct tl_effect_instant {
+  double q, v;            /* the joint's angle and speed [rad], [rad/s]; slider [m], [m/s] */
+  double slip;            /* direction of friction, [-1, 1] */
+  double load_Nm;         /* torque that the joint delivers to inertia and gravity, without friction */
+  double rotor_Nm;        /* of it: what the rotor's own inertia takes */
+  double friction_Nm;     /* the plain model's friction */
+  double motor_Nm;        /* motor torque: what the plain model asks for, and the mechanical effects */
+  double motor_rad;       /* motor angle */
+  double ratio;           /* d motor / d joint */
+  double effort_Nm;       /* the drive's recorded torque where a sensor at the output was recorded, else 0 */
+  double gravity_tilt_Nm; /* change of gravity's torque at this joint per rad of tilt of the base */
+  double t_s;             /* time since the first recording's begin */
+  double temp_C;          /* of the drive, smoothed; 0 where it was not recorded */
+} tl_effect_instant;
+
+/* A strength or a shape of an effect. */
+typedef struct tl_effect_parameter {
+  const char *name; /* with its unit: "speed_rad_s" */
+  double low, high; /* physical range */
+  double typical;
+  int flags;        /* set of TL_PARAMETER_... */
+  double default_value; /* of an optional parameter that a model file does not name */
+} tl_effect_parameter;
+
+enum {
+  TL_PARAMETER_OPTIONAL = 1, /* a model file may leave it out */
+  TL_PARAMETER_FIT_ONLY = 2, /* shows in recordings; forward time knows no other value than `otherwise` */
+  TL_PARAMETER_NEEDS_TEMPERATURE = 4    /* other than 0 it needs the drive's temperature */
+};
+
+/* Where an effect can stand. */
+enum { TL_EFFECT_AT_KNEE = 1, TL_EFFECT_AT_ANKLE = 2, TL_EFFECT_AT_SINGLE = 4, TL_EFFECT_AT_BASE = 8 };
+
+/* How it acts. */
+enum {
+  TL_EFFECT_MECHANICAL = 0, /* on the joint: the motion feels it */
+  TL_EFFECT_MEASURED = 1,   /* on what the current shows: the motion does not feel it */
+  TL_EFFECT_CHANGE = 2 /* no law of the instant: it changes the plant or its sensors (tl_effect_change) */
+};
+
+/* What the effects of one joint change in its plant and sensors, for simulation. Zero: nothing. */
+typedef struct tl_effect_change {
+  double delay_s;                               /* the current is later than the angles */
+  double telemetry_delay_s;                           /* current and angles are later than a sensor at the output */
+  double torque_constant_error;                          /* the drive delivers 1 + this of what its constant says */
+  double motor_sine_rad, motor_cosine_rad;      /* added to the motor's encoder, once a turn of it */
+  double joint_sine_rad, joint_cosine_rad;      /* added to the joint's encoder, once a turn of it */
+  double AB_m, BO_m, AC_m, BOF_rad;             /* added to the linkage's dimensions */
+  double memory_Nm, travel_rad, memory_power;   /* friction that is a spring over a small travel */
+  double compliance_rad_Nm, gap_rad, damping_s; /* between motor and joint */
+  double motor_share; /* where they are not rigid: of the joint's own inertia, what turns with the motor */
+  double base_compliance_rad_Nm, base_hz,
+      base_share; /* of the mount; its resonance with the leg at rest, damping ratio */
+} tl_effect_change;
+
+/* What a recording shows that an effect can change: the torque of joint 0 or 1, and where a second
+ * sensor sees the same angle, that sensor less the motor's angle through the model's transmission. */
+enum {
+  TL_EFFECT_SHOWS_ENCODER = 2, /* the ankle's encoder less the motor's angle [rad] */
+  TL_EFFECT_SHOWS_SHANK = 3,   /* the camera's shank angle less the knee motor's [rad] */
+  TL_EFFECT_SHOWS_FOOT = 4     /* the camera's foot less shank angle, less the ankle motor's [rad] */
+};
+
+/* A stretch of recorded motion: arrays of n rows, as the motors' angles tell it. */
+typedef struct tl_effect_stretch {
+  const tl_model *model;
+  size_t n;
+  const double *t_s; /* since the first recording's begin */
+  const double *q[TL_MAX_JOINTS], *v[TL_MAX_JOINTS], *a[TL_MAX_JOINTS], *slip[TL_MAX_JOINTS];
+  const double *effort_Nm; /* the drive's torque where a sensor at the output was recorded. Nullable. */
+  const tl_stop *stop[TL_MAX_JOINTS]; /* of each joint, rows as here */
+  size_t stops[TL_MAX_JOINTS];
+  const tl_window *window[TL_MAX_JOINTS]; /* that v and a come from; NULL: no matter how. Nullable. */
+  double *work;                           /* tl_effect_stretch_work(n) doubles */
+} tl_effect_stretch;
+
+typedef struct tl_effect_kind {
+  const char *name;    /* id of the catalogue */
+  const char *meaning; /* one line */
+  int places;          /* set of TL_EFFECT_AT_... */
+  int acts;
+  int dry;               /* 1: adds friction that can hold a joint at rest */
+  int needs_load_sensor; /* 1: only where a sensor at the output was recorded */
+  int strengths, shapes;
+  tl_effect_parameter parameter[TL_EFFECT_MAX_PARAMETERS]; /* strengths first, then shapes */
+  /* Per unit of each strength: torque at the joint [N m], and friction in the direction of slip. The
+   * torque of a mechanical kind does not depend on the load; its friction may. */
+  void (*law)(const tl_effect_instant *now, const double *shape, double *torque, double *friction);
+  /* Kinds that change the plant or its sensors have these two in its place: what they change, and to
+   * first order what a recording then shows (`shows`: a joint's torque or TL_EFFECT_SHOWS_...) per
+   * unit of each strength, of an effect at `joint`: column k at column + k n. A kind with both a law and
+   * `along` has the strengths of one at 0 in the other. */
+  void (*change)(const double *value, tl_effect_change *to);
+  void (*along)(const tl_effect_stretch *s, int joint, const double *shape, int shows, double *column);
+  double memory_s; /* how far back its columns look */
+  int exact;       /* 1: prediction makes the change itself (time, linkage) instead of adding columns */
+} tl_effect_kind;
+
+/* One effect of a model: kind, joint (0 or 1; TL_MAX_JOINTS for the base) and parameters. */
+typedef struct tl_effect {
+  const tl_effect_kind *kind;
+  int joint;
+  double value[TL_EFFECT_MAX_PARAMETERS];
+} tl_effect;
+
+/* All kinds, n of them. */
+const tl_effect_kind *const *tl_effect_table(int *n);
+/* The kind of that id; NULL if there is none. */
+const tl_effect_kind *tl_effect_find(const char *name);
+/* Can this kind stand at this joint of this plant (joint TL_MAX_JOINTS: the base)? */
+int tl_effect_applies(const tl_effect_kind *kind, const tl_model *m, int joint);
+/* An effect with its typical parameters. */
+tl_effect tl_effect_typical(const tl_effect_kind *kind, int joint);
+/* 0 for an optional parameter that has the value of one left out. */
+int tl_effect_says(const tl_effect *e, int parameter);
+/* Number of a parameter by which the effect cannot act in forward time; -1 where it can. */
+int tl_effect_fit_only(const tl_effect *e);
+/* Does it need the drive's temperature? */
+int tl_effect_needs_temperature(const tl_effect *e);
+/* TL_ERR_RANGE when a parameter leaves its range; TL_ERR_UNSUPPORTED where the kind cannot stand;
+ * TL_ERR_RANGE or TL_ERR_UNSUPPORTED for a linkage error that the linkage does not take. */
+TL_CHECK tl_status tl_effect_check(const tl_effect *e, const tl_model *m);
+
+/* The part of an instant that needs no load: angle, speed, slip, motor side, time. The rest is 0. */
+void tl_effect_place_of(const tl_model *m, const tl_motion *motion, int joint, double t_s,
+                        tl_effect_instant *now);
+/* Change of gravity's torque at a joint per rad of tilt of the base [N m/rad]. */
+double tl_effect_tilt_of(const tl_model *m, const tl_motion *motion, int joint);
+/* Does the effect act at this joint? Those at the base act at every joint. */
+int tl_effect_at(const tl_effect *e, int joint);
+/* The instant of one joint from the plain model: load, motor torque, tilt and the rest. effort_Nm is the
+ * drive's recorded torque at the joint where a sensor at the output was recorded: it then is the
+ * load the gear carries. Nullable: effort_Nm. */
+void tl_effect_instant_of(const tl_model *m, const tl_motion *motion, int joint, double t_s,
+                          const double *effort_Nm, tl_effect_instant *now);
+/* The effect's torque at the joint, and the friction it adds in the direction of slip. */
+void tl_effect_law(const tl_effect *e, const tl_effect_instant *now, double *torque, double *friction);
+/* The effect's columns: torque at the joint per unit of each strength, column[kind->strengths]. */
+void tl_effect_columns(const tl_effect_kind *kind, const double *shape, const tl_effect_instant *now,
+                       double *column);
+/* The same at n instants: column k at column + k n. */
+void tl_effect_columns_at(const tl_effect_kind *kind, const double *shape, const tl_effect_instant *now,
+                          size_t n, double *column);
+/* Doubles of work for a stretch of n rows. */
+size_t tl_effect_stretch_work(size_t n);
+/* The columns of any kind over a stretch, of an effect at `joint` (TL_MAX_JOINTS: the base): column k at
+ * column + k n. Torque is that of the joint as in tl_effect_columns. */
+void tl_effect_columns_along(const tl_effect_kind *kind, int joint, const double *shape,
+                             const tl_effect_stretch *s, int shows, double *column);
+/* Everything that n effects change at a joint (TL_MAX_JOINTS: at the base). */
+tl_effect_change tl_effects_change(const tl_effect *effect, int n, int joint);
+/* What n effects add to the recorded torque of a joint (leg: motor torque, so over the ratio). Kinds
+ * without a law of the instant are left out: they are tl_effects_along's. temp_C: of the drive, where a heated
+ * effect needs it. Nullable: effort_Nm. */
+double tl_effects_torque(const tl_effect *effect, int n, const tl_model *m, const tl_motion *motion,
+                         int joint, double t_s, double temp_C, const double *effort_Nm);
+
+/* What the others add to the recorded torque of a joint, added to sum[n]; `column` holds
+ * TL_EFFECT_MAX_STRENGTHS n doubles. */
+void tl_effects_along(const tl_effect *effect, int n, const tl_effect_stretch *s, int joint, double *column,
+                      double *sum);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

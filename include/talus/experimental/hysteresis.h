@@ -1,0 +1,59 @@
+/* hysteresis.h: laws with a memory, stepped along a recorded motion: friction that is a spring over a small travel, and a
+ * link behind a spring and a gap. Effects and their diagnosis take them from here.
+ */
+#ifndef TALUS_HYSTERESIS_H
+#define TALUS_HYSTERESIS_H
+
+#include <stddef.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* Dahl's friction state in [-1, 1] along a position of n rows, beginning at `first`: dz = s (1 - s z)^power |dx| / travel
+ * in the direction s of the motion, power 1 or more; each step in closed form. travel > 0, in the position's unit.
+ * (Dahl, "A solid friction model", 1968.) */
+void tl_dahl_along(const double *position, size_t n, double travel, double power, double first,
+                     double *state);
+
+#define TL_TWO_MASS_SETTLE_S 2.0 /* in which a link on its spring comes to rest, of a joint's gear */
+
+/* A link behind a spring and a gap, driven by the motor's recorded motion. */
+typedef struct tl_two_mass {
+  double stiffness_Nm_rad, gap_rad; /* > 0; the whole lost motion, >= 0 */
+  double soft_rad, soft_share;      /* up to this twist only this share of the stiffness; 0 rad: none */
+  double hardening_Nm_rad3;         /* torque by the twist's cube, >= 0 */
+  double drag_Nm;                   /* dry friction between motor and link, in the gap and out of it, >= 0 */
+  double friction_share;            /* of the joint's dry friction that stands on the link's side, 0 to 1 */
+  double viscous_share;             /* of its viscous friction, 0 to 1 */
+  double inertia_kg_m2;             /* of the link, > 0 */
+  double coulomb_Nm, viscous_Nms_rad;
+  double damping_s; /* of the spring: its damping over its stiffness */
+  double
+      settle_s; /* so long the motion runs backwards before its begin, or a wrong one rings; 0: without twist */
+  double step_s;
+} tl_two_mass;
+
+/* Steps of the link in one sample of step_s: enough for its own oscillation, at most 60. */
+int tl_two_mass_steps(const tl_two_mass *link);
+
+/* What comes out of tl_two_mass_along, at its n instants: the link's angle less the motor's, the torque through the
+ * spring and the link's acceleration, both means over a sample. */
+typedef struct tl_two_mass_motion {
+  double *angle_rad, *torque_Nm, *link_rad_s2;
+} tl_two_mass_motion;
+
+/* Along the motor's angle and speed (at the joint) at n instants t_s. other_Nm is what the link needs besides its
+ * inertia and friction. Leapfrog steps; friction that would reverse the link stops it. */
+void tl_two_mass_along(const tl_two_mass *link, const double *t_s, const double *motor_rad,
+                           const double *motor_rad_s, const double *other_Nm, size_t n,
+                           tl_two_mass_motion *out);
+
+/* A filter of second order from rest along n instants: a[0] y[k] = sum of b[i] x[k-i] less a[1] y[k-1] and a[2] y[k-2].
+ * a[0] != 0; y may be x. */
+void tl_filter_second_order(const double b[3], const double a[3], const double *x, size_t n, double *y);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

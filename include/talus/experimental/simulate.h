@@ -1,0 +1,94 @@
+/* simulate.h: a plant in forward time, with Coulomb friction that really sticks.
+ *
+ * Each joint slides in one direction, or sticks. Between changes the equations
+ * are smooth and take Runge-Kutta steps of fourth order; the instant at which a
+ * sliding joint comes to rest, or at which a sticking one breaks loose, is found
+ * on the step's own length, so that no step straddles a change and the order is
+ * kept. There is no regularisation: a joint that sticks stands still to the last bit.
+ *
+ *     tl_simulation s;
+ *     tl_simulation_init(&s, &model, q, v);
+ *     double torque_Nm[TL_MAX_JOINTS] = {0.1, 0.0};
+ *     tl_simulate(&model, tl_held_torque, torque_Nm, 0.001, &s, s.t_s + 0.01);
+ *     // s.motion.q, .v, .a; s.motion.slip is the friction's share of the level at which a joint gives way
+ *
+ * Effects (talus/experimental/effect.h) act when s.effect and s.effects name them: the mechanical ones on the
+ * joints, their friction beside Coulomb's, so that a joint sticks on both. Steps are then shortened
+ * where an effect bends or is stiff.
+ */
+#ifndef TALUS_SIMULATE_H
+#define TALUS_SIMULATE_H
+
+#include "talus/experimental/effect.h"
+#include "talus/plant.h"
+#include "talus/status.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+#define TL_EVENT_TIME_S 1e-12 /* instants of change are located to this */
+
+typedef enum tl_joint_mode {
+  TL_MODE_BACKWARD = -1, /* slides with v <= 0 */
+  TL_MODE_STICK = 0,     /* v = 0, friction between the levels of the two directions */
+  TL_MODE_FORWARD = 1,   /* slides with v >= 0 */
+  TL_MODE_FREE = 2       /* no Coulomb friction: nothing to stick */
+} tl_joint_mode;
+
+/* What effects add to the plant's state. Where a transmission is not rigid, tl_simulation's motion is the
+ * motor's side in the joint's coordinate, where friction is, and the joint stands apart from it. */
+typedef struct tl_link_state {
+  int begun;
+  double q[TL_MAX_JOINTS + 1], v[TL_MAX_JOINTS + 1]; /* joints beyond their transmissions, then the base */
+  double a[TL_MAX_JOINTS + 1];
+  double z[TL_MAX_JOINTS], z_rate[TL_MAX_JOINTS]; /* memory of presliding friction, [-1, 1] */
+} tl_link_state;
+
+/* Where the plant stands. Plain data: a copy can be continued as well. */
+typedef struct tl_simulation {
+  double t_s;
+  tl_motion motion; /* q, v; a and slip as they are at t_s, before any later change of torque */
+  tl_joint_mode mode[TL_MAX_JOINTS];
+  double work_J; /* what motors (less the model's torque or force offset) have put in */
+  double
+      dissipated_J; /* what friction has taken, and effects: kinetic + potential + dissipated - work stays */
+  unsigned long changes; /* of mode so far: stops, reversals and breakaways */
+  /* what acts beside the model, set by the caller after tl_simulation_init; it must outlive the
+   * simulation. Those that act on measurements alone are left aside. Nullable: effect when effects is 0. */
+  const tl_effect *effect;
+  int effects;
+  double effects_begin_s; /* the instant from which effects of time count */
+  tl_link_state beyond;       /* all 0 without effects of this sort */
+} tl_simulation;
+
+/* Torque at an instant, as tl_forward takes it. Smooth within one call of tl_simulate; what it
+ * depends on is in `context`. */
+typedef void (*tl_torque_law)(const void *context, double t_s, const tl_motion *motion,
+                              double torque[TL_MAX_JOINTS]);
+
+/* The law of a constant torque: context is const double[TL_MAX_JOINTS]. */
+void tl_held_torque(const void *context, double t_s, const tl_motion *motion, double torque[TL_MAX_JOINTS]);
+
+/* At t = 0 with joint positions q and velocities v. TL_ERR_UNSUPPORTED for `form: paper` with
+ * Coulomb friction: there it acts between bodies that no joint connects, and cannot stick. */
+TL_CHECK tl_status tl_simulation_init(tl_simulation *s, const tl_model *m, const double q[TL_MAX_JOINTS],
+                                      const double v[TL_MAX_JOINTS]);
+
+/* Where the joints themselves are: s->motion but beyond transmissions that are not rigid. */
+void tl_simulation_joints(const tl_simulation *s, tl_motion *joints);
+
+/* On to until_s >= s->t_s, in equal steps of at most step_s and shorter ones at changes. A joint that
+ * would stop and start again the same way within one step is not seen to do so: step_s should be
+ * small against such motion (1 ms serves actuators of this kind). Where several joints are at rest
+ * together the one solution of all of them is taken.
+ * TL_ERR_NOT_FINITE when the motion leaves the numbers, TL_ERR_SINGULAR as tl_forward,
+ * TL_ERR_NO_CONVERGENCE after 100 changes within a nanosecond of each other, or where friction grows
+ * with the load so fast that a joint jams. On failure *s is where it was last sound. */
+TL_CHECK tl_status tl_simulate(const tl_model *m, tl_torque_law law, const void *context, double step_s,
+                               tl_simulation *s, double until_s);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

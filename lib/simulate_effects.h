@@ -1,0 +1,41 @@
+/* simulate_effects.h: a plant's equations of motion with effects acting on it; internal to lib/. */
+#ifndef TALUS_SIMULATE_EFFECTS_H
+#define TALUS_SIMULATE_EFFECTS_H
+
+#include "talus/experimental/effect.h"
+#include "talus/experimental/simulate.h"
+
+#define TL_BODIES (TL_MAX_JOINTS + 1) /* joints, and the base */
+
+/* a plant and what acts on it beside its drives */
+typedef struct tl_effect_dynamics {
+  const tl_model *model;
+  const tl_effect *effect;
+  int effects, joints;
+  double begin_s; /* from which effects of time count */
+  /* the rest as tl_effect_dynamics_init finds it, where there are effects */
+  tl_effect_change change[TL_BODIES];
+  int twists[TL_MAX_JOINTS]; /* 1: the transmission is not rigid */
+  int sways;                 /* 1: the base moves */
+  double base_inertia;
+  tl_model link; /* what lies beyond the transmissions, without friction */
+} tl_effect_dynamics;
+
+/* everything but model and effects, which stand */
+void tl_effect_dynamics_init(tl_effect_dynamics *p);
+/* Of the mount itself, so that it resonates where it shall with the leg hanging from it; not positive where
+ * it cannot. */
+double tl_effect_dynamics_base_inertia(const tl_model *m, const tl_effect_change *base);
+/* Is there dry friction at the joint, so that it can stick? */
+int tl_effect_dynamics_is_dry(const tl_effect_dynamics *p, int joint);
+/* A state beyond that fits the motion, where it has none yet. */
+void tl_effect_dynamics_begin(const tl_effect_dynamics *p, const tl_motion *motion, tl_link_state *beyond);
+/* Accelerations and slip for given modes, as tl_forward takes torques: motion->a, motion->slip, and the
+ * rates of `beyond`. A sticking joint's slip is the share of the friction's level in that direction; beyond
+ * +-1 it cannot stick. *loss_W is what friction and the effects take. TL_ERR_SINGULAR as tl_forward;
+ * TL_ERR_NO_CONVERGENCE where friction grows as fast as the load, so that the joint jams. */
+TL_CHECK tl_status tl_effect_dynamics_accelerate(const tl_effect_dynamics *p, double t_s, const tl_joint_mode *mode,
+                                        const double torque[TL_MAX_JOINTS], tl_motion *motion,
+                                        tl_link_state *beyond, double *loss_W);
+
+#endif

@@ -1,7 +1,0 @@
-"""python -m gap: talus-gap."""
-
-import sys
-
-from .command import main
-
-sys.exit(main(sys.argv[1:]))

@@ -1,0 +1,314 @@
+"""Which effects: greedy over all candidates with a beam, every step judged on held-out blocks."""
+
+import functools
+import gc
+
+import numpy as np
+
+from .catalogue import STEPPED, candidates, sparse
+from .catalogue.candidate import torque_constant_error, joined
+from .figures import Residuals
+from .gram import Gram
+from .scene import Extent, Scene
+from .shapes import REFINED_WITHIN, refined
+
+# docs/diagnosis.md has the reason of each
+TOLERATED_PER_FREEDOM = 0.10  # excess that the reconstruction itself leaves, per degree of freedom
+TOLERATED_OF_SIGNAL = 0.007  # and of the measured torque
+LEAST_STEP = 40.0  # chi-square
+LEAST_STEP_PER_FREEDOM = 0.0075
+LEAST_Z = 3.0  # of the gain over blocks
+# an effect that few blocks show, and that explains all they have: slow ramps alone tell what happens near standstill
+ALL_OF_IT, STEPS_OF_ALL, LEAST_Z_OF_ALL = 0.9, 10.0, 2.0
+SECOND_MUST_CLOSE = 0.45  # of what the first leaves
+LEFT_BY_A_FORM = 0.02  # of the whole excess: so much another form of the same effect may well leave
+SAME_JOINT_MUST_CLOSE = 0.66
+SINGLE_JOINT_LEAST_Z = 2.0  # recordings of one joint have few blocks
+SINGLE_JOINT_MUST_CLOSE = 0.3  # there is no other joint, and machines leave more than twins
+THIRD_MUST_CLOSE = 0.60
+CLOSED_ENOUGH = 0.01  # of the excess: no further effect is looked for
+SINGLE_JOINT_CLOSED_ENOUGH = 0.002  # a wrong constant beside a sensor closes nearly all, and what it hides is real
+STEPS_OF_A_FURTHER = 2.5  # least steps; of 70 benches with two effects none that was true gained less than 3
+COLUMN_PRICE = 2.0  # chi-square for each further column, whose choice the folds do not see
+BEAM = 3
+INERTIAL = ("shank_inertia", "shank_moment", "foot_moment", "foot_inertia")  # the leg's first base parameters
+FARTHEST, FARTHEST_FROM_IDENTIFIED = 1.2, 0.5  # of its value there, that such a parameter may be off beside an effect
+JOINABLE = ("cogging", "kinematic_error", "base_compliance")
+JOINED_MUST_CLOSE = 0.2
+STEPS_WITHIN_TOLERANCE = 2.5  # least steps that a gain must be worth where the tolerance alone explains the excess
+MOST_JOINED = 4
+PROMISING = 0.2  # of the best gain in a first look: less, and the shapes of a body to be stepped stay few
+REFINED = 3  # of the best effects, between the grid's shapes
+
+
+class Fit:
+    """A set of candidates fitted together."""
+
+    def __init__(self, chosen, excess, strengths=(), physical=True):
+        self.chosen, self.excess, self.strengths = list(chosen), excess, strengths
+        self._base_is_physical = physical
+
+    def last_moved(self, place):
+        """The same fit with its last candidate at another place."""
+
+        def moved(every):
+            *others, last = every
+            return [*others[:place], last, *others[place:]]
+
+        return Fit(moved(self.chosen), self.excess, moved(self.strengths), self._base_is_physical)
+
+    def is_physical(self, looking=False):
+        """Are strengths and base parameters within what there can be, or at least what leads there?"""
+        return self._base_is_physical and all(c.within_range(s, looking) for c, s in zip(self.chosen, self.strengths))
+
+
+class Search:
+    """Candidates at identified base parameters, and the fits among them."""
+
+    def __init__(self, evidence, base, choose=list, excess=0.0):
+        self.evidence = evidence
+        self.scenes = [Scene(evidence, record, base, excess) for record in range(len(evidence.tracks))]
+        self.extent = Extent(self.scenes)
+        self.gram = Gram(evidence, self.scenes, choose(candidates(evidence, self.scenes, self.extent)))
+        self.freedom = evidence.freedom()
+        self.least_step = LEAST_STEP + LEAST_STEP_PER_FREEDOM * self.freedom
+        self.plain = self.fit([])
+        self.tolerated_of = {kind: self._tolerated(kind) for kind in evidence.kinds}
+        self.tolerated = sum(self.tolerated_of.values())
+
+    def _tolerated(self, kind):
+        """Excess that reconstruction itself may leave in one kind of channel."""
+        signal = sum(float(c.values[c.rows] @ c.values[c.rows]) / self.evidence.sigma[kind] ** 2
+                     for c in self.evidence.channels if c.kind == kind and kind[0] == "T")  # fmt: skip
+        return TOLERATED_PER_FREEDOM * self.evidence.freedom(kind) + TOLERATED_OF_SIGNAL**2 * signal
+
+    def columns(self, chosen):
+        return [column for candidate in chosen for column in candidate.columns]
+
+    def fit(self, chosen):
+        """The excess over noise that these candidates leave on held-out blocks, and each one's strengths."""
+        return self._fit(chosen, *self.gram.held_out(self.columns(chosen)))
+
+    def _fit(self, chosen, chi2, strengths, base):
+        rest, own = list(strengths), []
+        for candidate in chosen:
+            own.append([rest.pop(0) for _ in candidate.columns])
+        price = COLUMN_PRICE * sum(len(c.columns) - 1 for c in chosen)
+        return Fit(chosen, chi2 - self.freedom + price, own, self._is_this_leg(base))
+
+    def _is_this_leg(self, base):
+        """A spring and a foot four times as heavy together look like a cable between both joints: no effect is worth a
+        leg that is neither the given one nor, where the file is rough, the one that identification finds without it."""
+        if not self.evidence.leg:
+            return True
+        seen = self.gram.base[:len(INERTIAL)]
+        given, identified = self.evidence.prior[seen], self.evidence.identified[seen]
+        near = np.abs(base[:len(INERTIAL)] - given) <= FARTHEST * np.abs(given)
+        as_identified = np.abs(base[:len(INERTIAL)] - identified) <= FARTHEST_FROM_IDENTIFIED * np.abs(identified)
+        return bool(np.all(near | as_identified))
+
+    def beside(self, chosen, candidates, looking=False):
+        """Fits of each candidate beside the chosen ones; those out of physical range are left out."""
+        found = self.gram.scan(self.columns(chosen), candidates)
+        fits = [self._fit([*chosen, c], *one) for c, one in zip(candidates, found)]
+        return [fit for fit in fits if fit.is_physical(looking)]
+
+    def scan(self, chosen, looking=False):
+        """The best shape of every (effect, joint) beside the chosen ones, best first."""
+        best, taken = {}, {c.key for c in chosen}
+        for fit in self.beside(chosen, [c for c in self.gram.candidates if c.key not in taken], looking):
+            key = fit.chosen[-1].key
+            if key not in best or fit.excess < best[key].excess:
+                best[key] = fit
+        ranked = sorted(best.values(), key=lambda fit: fit.excess)
+        for place, fit in enumerate(ranked[:MOST_JOINED]):
+            ranked[place] = self._joined(fit)
+        return sorted(ranked, key=lambda fit: fit.excess)
+
+    def _joined(self, fit):
+        """Effects of several orders or modes get a second one, where it closes much of what the first leaves."""
+        *others, last = fit.chosen
+        within = fit.excess < self.tolerated
+        if last.effect not in JOINABLE or (within and self.evidence.leg):
+            return fit
+        shapes = [c for c in self.gram.candidates if c.key == last.key and not set(c.columns) & set(last.columns)]
+        shapes = [c for c in shapes if len(c.columns) <= len(last.columns)]
+        found = self.beside(others, [joined(last, c) for c in shapes])
+        second = min(found, key=lambda f: f.excess, default=fit)
+        # a second order that hides within the tolerance must be as plain as an effect that does
+        least = STEPS_WITHIN_TOLERANCE * self.least_step if within else LEAST_STEP
+        return second if fit.excess - second.excess > max(JOINED_MUST_CLOSE * (fit.excess - self.tolerated), least) else fit
+
+    def reshaped(self, fit):
+        """Each chosen effect's shape looked for anew beside the others."""
+        for i, old in enumerate(fit.chosen):
+            others = [*fit.chosen[:i], *fit.chosen[i + 1:]]
+            for found in self.beside(others, [c for c in self.gram.candidates if c.key == old.key]):
+                if found.excess < fit.excess - 1e-9:
+                    fit = found.last_moved(i)
+        return fit
+
+    def all_refined(self, fit):
+        """Every effect's shape, the last one's first: it has only been looked for on the grid."""
+        for place in reversed(range(len(fit.chosen))):
+            fit = refined(self, fit, place)
+        return fit
+
+    def singles(self):
+        """The best shape of every (effect, joint), best first, the first few between the grid's."""
+        found = self.scan([])
+        if not found:
+            return []
+        found = self.nearest_refined(found, 0, found[0].excess)
+        led = {fit.chosen[0].key: fit for fit in self.led_to([], found[0].excess)}
+        rest = [fit for fit in found if fit.chosen[0].key not in led or fit.excess < led[fit.chosen[0].key].excess]
+        return sorted([*rest, *led.values()], key=lambda fit: fit.excess)
+
+    def led_to(self, chosen, best):
+        """While much is left: fits with one more effect, of each (effect, joint) the one that is found downhill from the best
+        of those shapes that are too little of an effect as they stand."""
+        much, taken = REFINED_WITHIN * self.tolerated, {c.key for c in chosen}
+        some = [c for c in self.gram.candidates if c.begin_low and c.key not in taken]
+        if best < much or not some:
+            return []
+        starts = {}
+        for fit in self.beside(chosen, some, looking=True):
+            key = fit.chosen[-1].key
+            if key not in starts or fit.excess < starts[key].excess:
+                starts[key] = fit
+        near = [fit for fit in starts.values() if not fit.is_physical() and fit.excess < REFINED_WITHIN * best]
+        return [end for fit in near if (end := refined(self, fit, len(chosen))).is_physical()]
+
+    def nearest_refined(self, found, place, best):
+        """Ranked fits, the effect at `place` of the first few between the grid's shapes if they come near the `best` excess;
+        ranked again."""
+        near = [fit for fit in found[:REFINED] if fit.excess < REFINED_WITHIN * max(best, self.tolerated)]
+        found = [refined(self, fit, place) for fit in near] + found[len(near):]
+        return sorted(found, key=lambda fit: fit.excess)
+
+    def step(self, before, after):
+        """What a step from one fit to another gains: (tempered gain, deviations over the blocks, share closed of what
+        stood open where the new effect shows)."""
+        old, new = (self.gram.held_out_blocks(self.columns(fit.chosen)) for fit in (before, after))
+        total_old, total_new = sum(old.values()), sum(new.values())
+        filled = total_old > 0
+        gain, record = (total_old - total_new)[filled], self.evidence.block_record[filled]
+        # where blocks differ much in size, the sum is one block's word: relative gains give each block its own
+        z = max(over_blocks(gain, record), over_blocks(gain / (total_old + total_new)[filled], record))
+        tempered = (before.excess - after.excess) / max(1.0, (after.excess + self.freedom) / self.freedom)
+        own = self._tempered_at(self.evidence.kinds_at(after.chosen[-1].joint), old, new)
+        return max(tempered, own), z, self._share(old, new, after.chosen[-1])
+
+    def _tempered_at(self, kinds, old, new):
+        """The gain of some kinds of channel, over what is left of each degree of their freedom."""
+        before, after = (sum(x[kind].sum() for kind in kinds) for x in (old, new))
+        return (before - after) / max(1.0, after / sum(self.evidence.freedom(kind) for kind in kinds))
+
+    def _share(self, old, new, added):
+        """Share of the open excess that a step closes, over all channels, those at the added effect's joint, or its torque
+        alone: what another effect leaves elsewhere says nothing about this one."""
+        shares, own = [], self.evidence.kinds_at(added.joint)
+        for kinds in (self.evidence.kinds, own, [kind for kind in own if kind[0] == "T"]):
+            before, after = (sum(x[kind].sum() for kind in kinds) for x in (old, new))
+            still_open = before - sum(self.evidence.freedom(k) + self.tolerated_of[k] for k in kinds)
+            shares.append((before - after) / still_open if still_open > 0 else 0.0)
+        return max(shares)
+
+    def significant(self, before, after, share, steps=1.0):
+        """Is the step from one fit to another worth an effect? `share` of what is left must be closed, and the gain be worth
+        some least steps."""
+        tempered, z, closed = self.step(before, after)
+        all_of_it = closed > ALL_OF_IT and tempered > STEPS_OF_ALL * self.least_step
+        least_z = LEAST_Z if self.evidence.joints > 1 else SINGLE_JOINT_LEAST_Z
+        enough = tempered > steps * self.least_step and z > (min(least_z, LEAST_Z_OF_ALL) if all_of_it else least_z)
+        return bool(enough and (share == 0 or closed > share))
+
+    def is_worth_adding(self, before, after, share):
+        """Is a further effect, the last of `after`, more than what another form of the effect at its joint would do?"""
+        added, joints = after.chosen[-1], {c.joint for c in before.chosen}
+        if self.evidence.joints == 1:
+            return self.significant(before, after, SINGLE_JOINT_MUST_CLOSE)
+        left = (before.excess - self.tolerated) / max(self.plain.excess - self.tolerated, 1e-9)
+        near = left < LEFT_BY_A_FORM and (added.joint in joints or "base" in joints | {added.joint})
+        return self.significant(before, after, SAME_JOINT_MUST_CLOSE if near else share, STEPS_OF_A_FURTHER)
+
+    def extended(self, singles):
+        """One to three effects, from the ranking of single ones."""
+        best = singles[0]
+        if not self._worth_more(best):
+            return best
+        following = [found[0] for start in singles[:BEAM] if (found := self.scan(start.chosen))]
+        if not following:
+            return best
+        second = self.all_refined(self.reshaped(min(following, key=lambda fit: fit.excess)))
+        led = [self.all_refined(self.reshaped(fit)) for fit in self.led_to(best.chosen, second.excess)]
+        second = min([second, *led], key=lambda fit: fit.excess)
+        if not self.is_worth_adding(best, second, SECOND_MUST_CLOSE):
+            return best
+        if self._worth_more(second) and (third := self.scan(second.chosen)):
+            if self.is_worth_adding(second, third[0], THIRD_MUST_CLOSE):
+                return self.ordered(self.all_refined(third[0]))
+        return self.ordered(second)
+
+    def _worth_more(self, fit):
+        """Is there a kind of channel in which enough stands open? A fine encoder's gap can dwarf the others'."""
+        plain, now = (self.gram.held_out_blocks(self.columns(x.chosen)) for x in (self.plain, fit))
+        enough = CLOSED_ENOUGH if self.evidence.joints > 1 else SINGLE_JOINT_CLOSED_ENOUGH
+        for kind in self.evidence.kinds:
+            known = self.evidence.freedom(kind) + self.tolerated_of[kind]
+            if now[kind].sum() - known > max(enough * (plain[kind].sum() - known), LEAST_STEP):
+                return True
+        return False
+
+    def ordered(self, fit):
+        """The effect without which the rest is worst comes first."""
+        without = [self.fit([c for c in fit.chosen if c is not one]).excess for one in fit.chosen]
+        return self.fit([fit.chosen[i] for i in np.argsort(without)[::-1]])
+
+
+def over_blocks(gain, record):
+    """The sum of gains over its standard deviation, by their spread within each recording: recordings differ in
+    regime, not in noise."""
+    variance = 1e-9
+    for r in np.unique(record):
+        if (record == r).sum() > 1:
+            variance += (record == r).sum() * gain[record == r].var(ddof=1)
+    return gain.sum() / np.sqrt(variance)
+
+
+def plain_base(evidence):
+    """Base parameters of the plain model by weighted least squares on the scored rows."""
+    return Gram(evidence, [None] * len(evidence.tracks), []).fold_strengths([])[-1][:evidence.bases]
+
+
+def search(evidence, base, step=lambda text: None):
+    """(search, fit): the search at the parameters that suit the best effect, and the effects chosen."""
+    step("candidates")
+    first = Search(evidence, base, sparse if evidence.leg else list)
+    step("single effects")
+    singles = first.scan([], looking=True)
+    # candidates are made of the plain model's torques, and coloured noise shows beside a model that knows the motion:
+    # once more, at parameters fitted with the best effect
+    best = first.plain
+    if singles and first.significant(first.plain, singles[0], 0.0):
+        best = refined(first, singles[0], 0)
+    again = first.gram.fold_strengths(first.columns(best.chosen))[-1][:evidence.bases]
+    left = Residuals(first, best.chosen)
+    evidence.find_sigma(lambda c: left.of[c.record, c.kind])
+    if not np.all(np.isfinite(again)) or not best.chosen:
+        again = base
+    excess, wanted = torque_constant_error(best.chosen, best.strengths), list
+    if evidence.leg:  # a body that closes little in a first look can be no more than a second effect, whose shape is refined
+        gained = {fit.chosen[-1].key: first.plain.excess - fit.excess for fit in singles}
+        much = {key for key in gained if gained[key] > PROMISING * max(gained.values())}
+        whole = {c.key for c in first.gram.candidates if c.effect not in STEPPED} | much
+        wanted = functools.partial(sparse, whole=whole)
+    del first, singles, best
+    gc.collect()  # candidates hold their scenes in circles
+    step("candidates, once more")
+    second = Search(evidence, again, wanted, excess)
+    step("combinations")
+    singles = second.singles()
+    if not singles or not second.significant(second.plain, singles[0], 0.0):
+        return second, second.plain
+    return second, second.extended(singles)
