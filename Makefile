@@ -6,7 +6,7 @@
 #   build/obj/<hash>/           objects, one folder for each set of compiler flags,
 #                               so that sanitizer and release objects never mix
 #
-# Sources are found by wildcard: a new lib/*.c, apps/common/*.c or apps/NAME/*.c
+# Sources are found by wildcard: a new lib/*.c or apps/NAME/*.c
 # is built without an edit here. CC, CFLAGS, LDFLAGS, PREFIX, DESTDIR, BUILD and
 # PYTHON can be given on the command line; V=1 shows the commands.
 
@@ -70,7 +70,7 @@ ifeq ($(APP_MISSING),)
   APP_PACKAGE_LIBS := $(shell $(PKG_CONFIG) --libs $(APP_PACKAGES))
 endif
 APP_FLAGS := -std=c99 -D_POSIX_C_SOURCE=200809L $(WARNINGS) $(EXACT) -pthread \
-  -Iinclude -Iapps/common -I$(BUILD)/assets $(APP_PACKAGE_FLAGS) $(SANITIZERS)
+  -Iinclude -Iapps -I$(BUILD)/assets $(APP_PACKAGE_FLAGS) $(SANITIZERS)
 APP_LIBS := $(APP_PACKAGE_LIBS) -lm -pthread
 
 # talus-acquire reaches GPIO lines through the kernel; libgpiod, of either generation, is one more way where it is
@@ -87,11 +87,14 @@ OBJ := $(BUILD)/obj/$(FLAGS_ID)
 
 # ---- sources ----------------------------------------------------------------
 
-HEADERS := $(sort $(wildcard include/talus/*.h))
+HEADERS := $(sort $(wildcard include/talus/*.h include/talus/*/*.h))
 LIB_SOURCES := $(sort $(wildcard lib/*.c lib/*/*.c))
-COMMON_SOURCES := $(sort $(wildcard apps/common/*.c))
-# A program is a folder of apps/ that has a main.c; apps/NAME becomes talus-NAME.
+# A program is a folder of apps/ that has a main.c; apps/NAME becomes talus-NAME. What stands in the other folders is
+# for all programs.
 APP_DIRS := $(patsubst %/main.c,%,$(sort $(wildcard apps/*/main.c)))
+SHARED_DIRS := $(filter-out $(APP_DIRS),$(patsubst %/,%,$(sort $(wildcard apps/*/))))
+COMMON_SOURCES := $(sort $(foreach d,$(SHARED_DIRS),$(wildcard $(d)/*.c $(d)/*/*.c)))
+program_sources = $(sort $(wildcard $(1)/*.c $(1)/*/*.c))
 app_name = talus-$(patsubst talus-%,%,$(notdir $(1)))
 ASSET_CHART := $(firstword $(wildcard /usr/share/javascript/chart.js/chart.min.js \
   /usr/share/javascript/chart.js/Chart.min.js))
@@ -115,10 +118,10 @@ programs:
 	@echo 'not built: the programs (missing: $(APP_MISSING)); `make deps` installs what they need'
 endif
 PYTHON_PROGRAMS := talus-gap talus-acquire-export
-PYTHON_PACKAGES := talus gap acquire_export
-module_of_talus-gap := gap
+PYTHON_PACKAGES := talus
+module_of_talus-gap := talus.diagnosis
 needs_of_talus-gap := cffi, numpy, scipy, yaml
-module_of_talus-acquire-export := acquire_export
+module_of_talus-acquire-export := talus.acquire_export
 needs_of_talus-acquire-export := cantools, cffi, numpy, yaml
 all: library python-side programs $(PYTHON_PROGRAMS:%=$(BUILD)/bin/%)
 
@@ -210,7 +213,7 @@ ifeq ($(SANITIZE),1)
 endif
 
 define program_rule
-$$(BUILD)/bin/$(call app_name,$(1)): $$(call objects,$$(sort $$(wildcard $(1)/*.c))) $$(COMMON_ARCHIVE) \
+$$(BUILD)/bin/$(call app_name,$(1)): $$(call objects,$$(call program_sources,$(1))) $$(COMMON_ARCHIVE) \
     $$(SANITIZER_OPTIONS) $$(BUILD)/lib/libtalus.a $$(BUILD)/flags
 	$$(say) LINK $$@
 	@mkdir -p $$(@D)
@@ -222,7 +225,7 @@ $(foreach d,$(APP_DIRS),$(eval $(call program_rule,$(d))))
 $(OBJ)/apps/acquire/gpio.o $(OBJ)/apps/acquire/gpio_%.o: CPPFLAGS += $(GPIOD_FLAGS)
 $(BUILD)/bin/talus-acquire: APP_LIBS += $(GPIOD_LIBS)
 
-# Each tests/programs/NAME.c is a small program that shows a part of apps/common/ to
+# Each tests/programs/NAME.c is a small program that shows what programs share to
 # the tests; NAME goes to build/tests/. Each tools/bench/NAME.c serves `make bench` and
 # goes to build/bench/. Whatever runs tests builds them all.
 TEST_SOURCES := $(sort $(wildcard tests/programs/*.c))
@@ -333,8 +336,8 @@ $(BUILD)/lib/libsanitizer_options.so: tests/sanitizer_options.c
 # that only what changed is read again.
 CLANG_TIDY ?= clang-tidy
 LINT_SOURCES := $(LIB_SOURCES) $(if $(APP_MISSING),,$(COMMON_SOURCES) $(TEST_SOURCES) $(BENCH_SOURCES) \
-  $(foreach d,$(APP_DIRS),$(wildcard $(d)/*.c)))
-LINT_HEADERS := $(HEADERS) $(wildcard lib/*.h lib/*/*.h apps/*/*.h)
+  $(foreach d,$(APP_DIRS),$(call program_sources,$(d))))
+LINT_HEADERS := $(HEADERS) $(wildcard lib/*.h lib/*/*.h apps/*/*.h apps/*/*/*.h)
 lint_flags = $(if $(filter lib/%,$(1)),$(LIB_FLAGS),$(APP_FLAGS) $(GPIOD_FLAGS))
 
 lint: $(LINT_SOURCES:%=$(BUILD)/lint/%.ok)
@@ -384,7 +387,7 @@ BINDIR ?= $(PREFIX)/bin
 LIBDIR ?= $(PREFIX)/lib
 # where the commands that are Python find their packages, what was built, and the page's parts
 HOMEDIR = $(LIBDIR)/talus
-PYTHON_FOLDERS := $(patsubst %/,%,$(sort $(dir $(foreach p,$(PYTHON_PACKAGES),$(wildcard tools/$(p)/*.py tools/$(p)/*/*.py)))))
+PYTHON_FOLDERS := $(patsubst %/,%,$(sort $(dir $(foreach p,$(PYTHON_PACKAGES),$(shell find tools/$(p) -name '*.py' -not -path '*/blind/*')))))
 INSTALLED_PYTHON := python apps/common/assets $(PYTHON_FOLDERS)
 INCLUDEDIR ?= $(PREFIX)/include
 INSTALL ?= install
@@ -392,7 +395,7 @@ INSTALL ?= install
 install: all $(BUILD)/talus.pc
 	$(say) COPY '$(DESTDIR)$(PREFIX)'
 	$(Q)$(INSTALL) -d '$(DESTDIR)$(BINDIR)' '$(DESTDIR)$(LIBDIR)/pkgconfig' '$(DESTDIR)$(INCLUDEDIR)/talus'
-	$(Q)$(INSTALL) -m 644 $(HEADERS) '$(DESTDIR)$(INCLUDEDIR)/talus'
+	$(Q)$(foreach h,$(HEADERS),$(INSTALL) -D -m 644 $(h) '$(DESTDIR)$(INCLUDEDIR)/$(h:include/%=%)' &&) true
 	$(Q)$(INSTALL) -m 644 $(BUILD)/lib/libtalus.a '$(DESTDIR)$(LIBDIR)'
 	$(Q)$(INSTALL) -m 755 $(BUILD)/lib/libtalus.so '$(DESTDIR)$(LIBDIR)/libtalus.so.$(VERSION)'
 	$(Q)ln -sf libtalus.so.$(VERSION) '$(DESTDIR)$(LIBDIR)/$(SONAME)'
@@ -428,7 +431,7 @@ clean:
 	rm -rf $(BUILD) compile_commands.json
 
 format:
-	$(Q)$(CLANG_FORMAT) -i $(HEADERS) $(LIB_SOURCES) $(wildcard lib/*.h lib/*/*.h apps/*/*.[ch] tests/*.[ch] tests/*/*.[ch])
+	$(Q)$(CLANG_FORMAT) -i $(HEADERS) $(LIB_SOURCES) $(filter-out apps/leg_bus/generated/%,$(wildcard apps/*/*.[ch] apps/*/*/*.[ch])) $(wildcard lib/*.h lib/*/*.h tests/*.[ch] tests/*/*.[ch])
 
 compile_commands.json: FORCE | $(BUILD)/assets/assets.h
 	$(say) GEN $@
@@ -436,7 +439,7 @@ compile_commands.json: FORCE | $(BUILD)/assets/assets.h
 	for f in $(LIB_SOURCES); do \
 	  printf '%s\n{"directory": "%s", "file": "%s", "command": "%s"}' "$$sep" '$(CURDIR)' $$f \
 	    '$(CC) $(CPPFLAGS) $(LIB_FLAGS) $(CFLAGS) -c '$$f; sep=','; done; \
-	for f in $(COMMON_SOURCES) $(foreach d,$(APP_DIRS),$(wildcard $(d)/*.c)); do \
+	for f in $(COMMON_SOURCES) $(foreach d,$(APP_DIRS),$(call program_sources,$(d))); do \
 	  printf '%s\n{"directory": "%s", "file": "%s", "command": "%s"}' "$$sep" '$(CURDIR)' $$f \
 	    '$(CC) $(CPPFLAGS) $(APP_FLAGS) $(CFLAGS) -c '$$f; sep=','; done; \
 	printf '\n]\n'; } >$@

@@ -4,7 +4,7 @@
 #include <math.h>
 #include <string.h>
 
-#include "../stops.h"
+#include "kinematics_stops.h"
 #include "talus/math.h"
 
 #define SMALL 1e-5    /* [rad]: step of the slopes of the inverse dynamics */
@@ -124,8 +124,8 @@ static double slope_of(const tl_model *m, const tl_motion *now, int moved, const
   return (more - less) * (0.5 / step);
 }
 
-void tl_columns_shift(const tl_effect_stretch *s, const tl_model *m, int moved, double *const *shift, int shows,
-                    double *column) {
+void tl_columns_shift(const tl_effect_stretch *s, const tl_model *m, int moved, double *const *shift,
+                      int shows, double *column) {
   double ratio[TL_MAX_JOINTS], unit[TL_MAX_JOINTS] = {1.0, 1.0};
   tl_motion now;
   size_t i;
@@ -144,7 +144,7 @@ int tl_columns_sees(int joint, int shows) {
 }
 
 void tl_columns_displaced(const tl_effect_stretch *s, const tl_model *link, int joint, double *const *shift,
-                        int shows, double *column) {
+                          int shows, double *column) {
   tl_columns_nothing(column, s->n);
   if (shows < TL_MAX_JOINTS)
     tl_columns_shift(s, link, joint, shift, shows, column);

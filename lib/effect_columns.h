@@ -17,8 +17,8 @@ void tl_columns_plain_torque(const tl_effect_stretch *s, int joint, double *torq
 void tl_columns_load(const tl_effect_stretch *s, const tl_model *link, int joint, double *load);
 /* What a joint's torque (`shows`) changes by, per unit, when joint `moved` of model m moves by shift[0]
  * with the rates shift[1] and shift[2]: the slope of the inverse dynamics. */
-void tl_columns_shift(const tl_effect_stretch *s, const tl_model *m, int moved, double *const *shift, int shows,
-                    double *column);
+void tl_columns_shift(const tl_effect_stretch *s, const tl_model *m, int moved, double *const *shift,
+                      int shows, double *column);
 /* sin (k = 0) or cos (k = 1) of `order` times the motor's angle of a joint in shift[0], its rates in shift[1] and
  * shift[2], and the joint's ratio in shift[3] */
 void tl_columns_wave(const tl_effect_stretch *s, int joint, double order, int k, double *const shift[4]);
@@ -26,7 +26,7 @@ void tl_columns_wave(const tl_effect_stretch *s, int joint, double order, int k,
 int tl_columns_sees(int joint, int shows);
 /* What shows when the joint of `link` stands shift[0] (rates shift[1], shift[2]) ahead of where its motor says. */
 void tl_columns_displaced(const tl_effect_stretch *s, const tl_model *link, int joint, double *const *shift,
-                        int shows, double *column);
+                          int shows, double *column);
 /* a column of a joint's torque through its short stops */
 void tl_columns_bridge(const tl_effect_stretch *s, int joint, double *column);
 /* rates of shift[0] in shift[1] and shift[2], by differences */
@@ -40,7 +40,7 @@ typedef struct tl_flexible_joint {
   double soft_rad, soft_share, hardening_Nm_rad3, drag_Nm; /* as in tl_two_mass */
 } tl_flexible_joint;
 void tl_columns_link(const tl_effect_stretch *s, const tl_flexible_joint *p, int joint, int shows,
-                   double *column);
+                     double *column);
 /* What swings on a spring under minus a load: I x'' + d x' + k x = -load. */
 typedef struct tl_columns_spring {
   double inertia, stiffness, damping;

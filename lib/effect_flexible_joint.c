@@ -11,7 +11,7 @@ static double mean_step_s(const tl_effect_stretch *s) {
 
 /* the link with the leg straight: it changes little with the pose, and what it changes by is not its own swing */
 static tl_two_mass link_of(const tl_effect_stretch *s, const tl_model *bare, const tl_flexible_joint *p,
-                               int joint) {
+                           int joint) {
   static const double straight[TL_MAX_JOINTS] = {0.0, 0.0};
   double matrix[TL_MAX_JOINTS * TL_MAX_JOINTS] = {0.0};
   tl_two_mass link;
@@ -45,7 +45,7 @@ static double rigid_torque(const tl_effect_stretch *s, const tl_flexible_joint *
 }
 
 void tl_columns_link(const tl_effect_stretch *s, const tl_flexible_joint *p, int joint, int shows,
-                   double *column) {
+                     double *column) {
   double *shift[3] = {s->work, s->work + s->n, s->work + 2 * s->n}, *other = shift[1],
          *load = s->work + 3 * s->n;
   tl_two_mass_motion motion = {shift[0], shift[2], column};

@@ -10,7 +10,8 @@
 /* end of a parameter that a model file may leave out: flags, and the value it then has */
 #define TL_DEFAULT(value) TL_PARAMETER_OPTIONAL, value
 #define TL_FIT_ONLY(value) TL_PARAMETER_OPTIONAL | TL_PARAMETER_FIT_ONLY, value
-#define TL_NEEDS_TEMPERATURE TL_PARAMETER_OPTIONAL | TL_PARAMETER_FIT_ONLY | TL_PARAMETER_NEEDS_TEMPERATURE, 0.0
+#define TL_NEEDS_TEMPERATURE                                                                                 \
+  TL_PARAMETER_OPTIONAL | TL_PARAMETER_FIT_ONLY | TL_PARAMETER_NEEDS_TEMPERATURE, 0.0
 
 #define TL_EFFECT_AT_JOINTS (TL_EFFECT_AT_KNEE | TL_EFFECT_AT_ANKLE | TL_EFFECT_AT_SINGLE)
 

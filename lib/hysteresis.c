@@ -2,8 +2,8 @@
 #include <math.h>
 #include <string.h>
 
-#include "talus/math.h"
 #include "talus/experimental/hysteresis.h"
+#include "talus/math.h"
 
 #define LARGEST_TURN 0.6 /* rad of the spring's own oscillation in one step */
 #define FEWEST_STEPS 4
@@ -23,7 +23,7 @@ static double dahl_step(double z, double move, double travel, double power) {
 }
 
 void tl_dahl_along(const double *position, size_t n, double travel, double power, double first,
-                     double *state) {
+                   double *state) {
   double z = first;
   size_t k;
 
@@ -139,9 +139,9 @@ static double bulge_of(int count, double mean_rad_s, const double v[2]) {
 
 /* The link as it is at the first row, with the torque's sum over the half sample before it. What came before is not
  * known, and a wrong begin rings for long: so the recorded motion is run backwards up to there, in which it dies out. */
-static link_state settled_link(const tl_two_mass *link, int count, const double *t_s,
-                               const double *motor_rad, const double *motor_rad_s, const double *other_Nm,
-                               size_t n, double *before_Nm) {
+static link_state settled_link(const tl_two_mass *link, int count, const double *t_s, const double *motor_rad,
+                               const double *motor_rad_s, const double *other_Nm, size_t n,
+                               double *before_Nm) {
   half_sample half[2] = {{0.0, 0.0}, {0.0, 0.0}};
   link_state s;
   size_t k = 0;
@@ -161,8 +161,7 @@ static link_state settled_link(const tl_two_mass *link, int count, const double 
 }
 
 void tl_two_mass_along(const tl_two_mass *link, const double *t_s, const double *motor_rad,
-                           const double *motor_rad_s, const double *other_Nm, size_t n,
-                           tl_two_mass_motion *out) {
+                       const double *motor_rad_s, const double *other_Nm, size_t n, tl_two_mass_motion *out) {
   int count = tl_two_mass_steps(link);
   half_sample half[2], before = {0.0, 0.0};
   link_state s = settled_link(link, count, t_s, motor_rad, motor_rad_s, other_Nm, n, &before.torque);

@@ -122,8 +122,9 @@ static double typical_ratio(const tl_model *m, int joint, const double *x, size_
   return fabs(ratio);
 }
 
-tl_status tl_kinematics_window(const tl_model *m, const tl_layout *layout, int joint, const tl_score_settings *score,
-                   double step_s, const tl_block *sample, double *work, size_t work_n, tl_sensing *out) {
+tl_status tl_kinematics_window(const tl_model *m, const tl_layout *layout, int joint,
+                               const tl_score_settings *score, double step_s, const tl_block *sample,
+                               double *work, size_t work_n, tl_sensing *out) {
   int angle = layout->position[joint] != TL_CHANNEL_COUNT;
   const double *x = sample->channel[angle ? layout->position[joint] : layout->velocity[joint]];
   double ratio, least, wanted;

@@ -112,8 +112,9 @@ static tl_status evaluate(const plant *p, const tl_joint_mode *mode, double t, p
 
   p->law(p->context, t, now, torque);
   x->power = x->loss = 0.0;
-  status = p->acting.effects ? tl_effect_dynamics_accelerate(&p->acting, t, mode, torque, now, &x->beyond, &x->loss)
-                             : accelerate(p, mode, torque, now);
+  status = p->acting.effects
+               ? tl_effect_dynamics_accelerate(&p->acting, t, mode, torque, now, &x->beyond, &x->loss)
+               : accelerate(p, mode, torque, now);
   if (status != TL_OK) return status;
   tl_joint_torque(p->model, now->q, torque, joint);
   for (j = 0; j < p->joints; j++) x->power += (joint[j] - offset_of(p->model)) * now->v[j];

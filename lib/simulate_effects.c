@@ -157,8 +157,8 @@ static double motor_inertia(const tl_effect_dynamics *p, int joint, const tl_mot
 
 /* ---- sides ------------------------------------------------------------------------- */
 
-static tl_status look_at(const tl_effect_dynamics *p, int joint, double t_s, double drive_Nm, tl_joint_mode mode,
-                         const tl_motion *motion, joint_side *side) {
+static tl_status look_at(const tl_effect_dynamics *p, int joint, double t_s, double drive_Nm,
+                         tl_joint_mode mode, const tl_motion *motion, joint_side *side) {
   const tl_model *m = p->model;
   int i;
 
@@ -227,8 +227,8 @@ static tl_status solve(equations *e) {
 }
 
 /* inertia and what gravity and speed leave of it, in e->matrix and, taken off, e->left */
-static void set_bodies(const tl_effect_dynamics *p, const tl_motion *motion, const tl_link_state *beyond, equations *e,
-                       double *loss_W) {
+static void set_bodies(const tl_effect_dynamics *p, const tl_motion *motion, const tl_link_state *beyond,
+                       equations *e, double *loss_W) {
   const int base = p->joints;
   double matrix[TL_MAX_JOINTS * TL_MAX_JOINTS] = {0.0}, bias[TL_MAX_JOINTS] = {0.0, 0.0};
   tl_motion at_rest = *motion;
@@ -284,8 +284,8 @@ static double memory_rate(const tl_effect_change *c, double v, double z) {
 }
 
 tl_status tl_effect_dynamics_accelerate(const tl_effect_dynamics *p, double t_s, const tl_joint_mode *mode,
-                               const double torque[TL_MAX_JOINTS], tl_motion *motion, tl_link_state *beyond,
-                               double *loss_W) {
+                                        const double torque[TL_MAX_JOINTS], tl_motion *motion,
+                                        tl_link_state *beyond, double *loss_W) {
   double joint[TL_MAX_JOINTS] = {0.0, 0.0};
   joint_side side[TL_MAX_JOINTS];
   equations e;

@@ -34,8 +34,9 @@ void tl_effect_dynamics_begin(const tl_effect_dynamics *p, const tl_motion *moti
  * rates of `beyond`. A sticking joint's slip is the share of the friction's level in that direction; beyond
  * +-1 it cannot stick. *loss_W is what friction and the effects take. TL_ERR_SINGULAR as tl_forward;
  * TL_ERR_NO_CONVERGENCE where friction grows as fast as the load, so that the joint jams. */
-TL_CHECK tl_status tl_effect_dynamics_accelerate(const tl_effect_dynamics *p, double t_s, const tl_joint_mode *mode,
-                                        const double torque[TL_MAX_JOINTS], tl_motion *motion,
-                                        tl_link_state *beyond, double *loss_W);
+TL_CHECK tl_status tl_effect_dynamics_accelerate(const tl_effect_dynamics *p, double t_s,
+                                                 const tl_joint_mode *mode,
+                                                 const double torque[TL_MAX_JOINTS], tl_motion *motion,
+                                                 tl_link_state *beyond, double *loss_W);
 
 #endif

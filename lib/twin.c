@@ -4,8 +4,8 @@
 #include <math.h>
 #include <string.h>
 
-#include "simulate_effects.h"
 #include "effect_link.h"
+#include "simulate_effects.h"
 #include "talus/math.h"
 #include "talus/random.h"
 #include "transmission_internal.h"
@@ -400,13 +400,13 @@ static double settling(const tl_excitation *e) {
 
 tl_twin_settings tl_twin_defaults(const tl_model *m, const tl_excitation *e) {
   tl_twin_settings s = {.control_hz = 1000.0,
-                         .velocity_hz = 100.0,
-                         .sample_hz = 250.0,
-                         .jitter_s = 3e-4,
-                         .clock_s = 1e-6,
-                         .step_s = 1e-3,
-                         .camera_noise_rad = 1e-3,
-                         .seed = 1};
+                        .velocity_hz = 100.0,
+                        .sample_hz = 250.0,
+                        .jitter_s = 3e-4,
+                        .clock_s = 1e-6,
+                        .step_s = 1e-3,
+                        .camera_noise_rad = 1e-3,
+                        .seed = 1};
   tl_channel_set set;
   int j;
 

@@ -1,4 +1,4 @@
-"""The small programs of tests/programs/, which show what apps/common/ does.
+"""The small programs of tests/programs/, which show what programs share.
 
 from helper_programs import helper
 

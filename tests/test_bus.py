@@ -40,8 +40,8 @@ def test_generated_code_is_current(tmp_path):
     tool = REPOSITORY / "tools/dbc_code"
     subprocess.run([sys.executable, tool, DBC, tmp_path], check=True)
     for name in ("leg_dbc.c", "leg_dbc.h"):
-        made, kept = (folder / name for folder in (tmp_path, REPOSITORY / "apps/common"))
-        assert made.read_text() == kept.read_text(), "run .venv/bin/python tools/dbc_code models/leg.dbc apps/common"
+        made, kept = (folder / name for folder in (tmp_path, REPOSITORY / "apps/leg_bus/generated"))
+        assert made.read_text() == kept.read_text(), "run .venv/bin/python tools/dbc_code models/leg.dbc apps/leg_bus/generated"
         assert not re.search(r"\d\d:\d\d:\d\d", made.read_text())  # no date
         assert "The MIT License" in made.read_text() and "Erik Moqvist" in made.read_text()
 

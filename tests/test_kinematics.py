@@ -1,4 +1,4 @@
-"""lib/kinematics.c, stops.c, sense.c: joint motion from angles, against motions known in closed form."""
+"""lib/kinematics*.c: joint motion from angles, against motions known in closed form."""
 
 import itertools
 

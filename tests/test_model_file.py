@@ -1,4 +1,4 @@
-"""apps/common/model_*.c and yaml_map.c. What a file says is read independently, by PyYAML."""
+"""apps/model/: model files. What a file says is read independently, by PyYAML."""
 
 import random
 import re

@@ -64,7 +64,7 @@ def test_constants_are_those_of_a_c_program(tmp_path):
     """Each constant, printed by a compiled program that includes the headers."""
     numbers = {k: v for k, v in vars(constants).items() if isinstance(v, (int, float))}
     assert len(numbers) > 10
-    includes = "".join(f'#include "talus/{h.name}"\n' for h in (REPOSITORY / "include/talus").glob("*.h"))
+    includes = "".join(f'#include "{h.relative_to(REPOSITORY / "include")}"\n' for h in (REPOSITORY / "include/talus").rglob("*.h"))
     lines = "".join(f'printf("{name} %.17g\\n", (double)({name}));\n' for name in numbers)
     source = tmp_path / "constants.c"
     source.write_text(f"#include <stdio.h>\n{includes}int main(void) {{\n{lines}return 0;\n}}\n")

@@ -1,4 +1,4 @@
-"""apps/common/recording*.c and what they stand on: text_file, decimal, spool, step_median.
+"""apps/recording/ and what they stand on: text_file, decimal, spool, step_median.
 
 Expected values come from Python's own float() and NumPy.
 """

@@ -1,6 +1,8 @@
 """House rules that a tool can check: short functions, whole headers, no warnings."""
 
+import re
 import subprocess
+from pathlib import Path
 
 import lizard
 import pytest
@@ -21,9 +23,9 @@ def sources(*patterns):
     return sorted(str(p.relative_to(REPOSITORY)) for pattern in patterns for p in REPOSITORY.glob(pattern))
 
 
-HEADERS = sources("include/talus/*.h")
+HEADERS = sources("include/talus/*.h", "include/talus/*/*.h")
 LIBRARY = sources("lib/*.c", "lib/*/*.c")
-PROGRAMS = sources("apps/*/*.c", "tests/programs/*.c")
+PROGRAMS = sources("apps/*/*.c", "apps/*/*/*.c", "tests/programs/*.c")
 
 
 @pytest.fixture(scope="session")
@@ -36,7 +38,7 @@ def compile_quietly(*command):
     assert done.returncode == 0, done.stderr
 
 
-@pytest.mark.parametrize("source", LIBRARY + PROGRAMS + sources("lib/*.h", "lib/*/*.h", "apps/*/*.h"))
+@pytest.mark.parametrize("source", LIBRARY + PROGRAMS + sources("lib/*.h", "lib/*/*.h", "apps/*/*.h", "apps/*/*/*.h"))
 def test_functions_are_short(source):
     functions = lizard.analyze_file(str(REPOSITORY / source)).function_list
     lengths = {f.name: f.end_line - f.start_line + 1 for f in functions}
@@ -60,7 +62,12 @@ def test_program_compiles_without_warnings(source, application_flags):
     compile_quietly("gcc", *WARNINGS, "-O2", *application_flags, "-c", "-o", "/dev/null", source)
 
 
-def test_umbrella_includes_every_header():
-    text = (REPOSITORY / "include/talus/talus.h").read_text()
-    missing = [h for h in HEADERS if f'#include "{h.removeprefix("include/")}"' not in text]
-    assert missing == ["include/talus/talus.h"]
+UMBRELLAS = ("include/talus/talus.h", "include/talus/experimental.h")
+
+
+def test_umbrellas_include_every_header_and_the_stable_one_no_other():
+    stable, other = ({n for n in re.findall(r'#include "(.+)"', (REPOSITORY / h).read_text())} for h in UMBRELLAS)
+    assert {f"include/{n}" for n in stable | other} == set(HEADERS) - set(UMBRELLAS)
+    for header in (h for h in HEADERS if f"{Path(h).parent}" == "include/talus" and h not in UMBRELLAS):
+        assert header.removeprefix("include/") in stable
+        assert '#include "talus/experimental' not in (REPOSITORY / header).read_text(), header

@@ -155,9 +155,10 @@ static void warn_of_slow_sampling(const struct report_input *in) {
     const tl_regression *r = stream_regression(in->stream[i]);
     const tl_sensing *s = &r->sensing[0];
     if (s->across || s->window.length_s * r->score.lowpass_hz < SLOW_WINDOW) continue;
-    app_note("%s: samples %.3g ms apart are slow for a low-pass of %.3g Hz: friction and inertia may be off by "
-             "more than their standard deviations",
-             in->path[i], 1e3 * r->step_s, r->score.lowpass_hz);
+    app_note(
+        "%s: samples %.3g ms apart are slow for a low-pass of %.3g Hz: friction and inertia may be off by "
+        "more than their standard deviations",
+        in->path[i], 1e3 * r->step_s, r->score.lowpass_hz);
   }
 }
 

@@ -2,8 +2,8 @@
 #ifndef MODEL_BUS_H
 #define MODEL_BUS_H
 
-#include "model_keys.h"
 #include "common/output.h"
+#include "model_keys.h"
 
 /* For yaml_entry.read: the mapping into the draft's file. */
 int model_read_bus(struct yaml_file *yaml, yaml_node_t *node, const struct yaml_entry *entry, void *target,

@@ -85,7 +85,7 @@ static int read_signal(struct yaml_file *yaml, yaml_node_t *node, const struct y
        .entries = sizeof score_keys / sizeof score_keys[0]},                                                 \
       {.key = "signal", .read = read_signal, .map = signal_keys, .entries = 2},                              \
       {.key = "bounds", .read = yaml_read_later, .offset = offsetof(struct model_draft, bounds)}, {          \
-    .key = "effects", .read = yaml_read_later, .offset = offsetof(struct model_draft, effects)                                                                   \
+    .key = "effects", .read = yaml_read_later, .offset = offsetof(struct model_draft, effects)               \
   }
 
 #define PLANT_KEY                                                                                            \

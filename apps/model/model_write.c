@@ -2,9 +2,9 @@
 #include <math.h>
 #include <string.h>
 
-#include "model_bus.h"
 #include "common/number.h"
 #include "common/output.h"
+#include "model_bus.h"
 #include "plant_name.h"
 
 /* A number that both this reader and YAML 1.1 (which wants a point before an exponent) take for

@@ -13,9 +13,9 @@
 #include <string.h>
 #include <unistd.h>
 
+#include "common/text_file.h"
 #include "recording.h"
 #include "step_median.h"
-#include "common/text_file.h"
 
 #define LEAST_STEP_S 1e-7 /* no bench samples faster; times in another unit do not pass for seconds */
 

@@ -142,7 +142,7 @@ static int sense_joint(struct stream *s, int joint, const tl_window *window, str
   if (result == 0) result = load(s, place.begin, place.end, &block, error);
   if (result == 0)
     status = tl_kinematics_window(&r->model, &r->layout, joint, &r->score, r->step_s, &block, work, work_n,
-                      &r->sensing[joint]);
+                                  &r->sensing[joint]);
   free(work);
   if (result == 0 && status != TL_OK)
     result = app_fail(error, APP_FAILED, "%s: %s", recording_path(s->recording), tl_status_text(status));

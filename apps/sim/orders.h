@@ -8,14 +8,14 @@
 #define ORDERS_H
 
 #include "leg_bus/leg_bus.h"
-#include "talus/experimental/twin.h"
 #include "talus/experimental/excitation.h"
+#include "talus/experimental/twin.h"
 
 struct orders {
   const tl_model *model;
   const tl_twin_settings *bench; /* as the drives are when nobody stops them */
-  const tl_limits *limits;        /* set-points are kept within these positions */
-  int follow;                     /* set-points count; else the twin has its own excitation */
+  const tl_limits *limits;       /* set-points are kept within these positions */
+  int follow;                    /* set-points count; else the twin has its own excitation */
   struct leg_bus_setpoint last[TL_MAX_JOINTS];
   int fresh[TL_MAX_JOINTS];    /* has a new set-point come since the last tick? */
   int begun;                   /* has any come? */

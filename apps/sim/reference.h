@@ -6,8 +6,8 @@
 #ifndef REFERENCE_H
 #define REFERENCE_H
 
-#include "talus/experimental/twin.h"
 #include "motion/trajectory.h"
+#include "talus/experimental/twin.h"
 
 /* The excitation that rests where the trajectory begins. */
 void reference_rest(const struct trajectory *t, tl_excitation *e);

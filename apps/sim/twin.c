@@ -5,11 +5,11 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "live.h"
-#include "orders.h"
 #include "common/output.h"
-#include "model/plant_name.h"
 #include "common/progress.h"
+#include "live.h"
+#include "model/plant_name.h"
+#include "orders.h"
 #include "recording/recording.h"
 #include "recording/recording_writer.h"
 #include "reference.h"
@@ -296,8 +296,8 @@ static int at_limit(const tl_twin *b) {
 }
 
 /* all samples into the two files; motion may be NULL */
-static int run_samples(struct twin *t, tl_twin *bench, struct recording_writer *writer,
-                       struct output *motion, struct app_error *error) {
+static int run_samples(struct twin *t, tl_twin *bench, struct recording_writer *writer, struct output *motion,
+                       struct app_error *error) {
   unsigned long n = (unsigned long)floor(t->duration_s * t->bench.sample_hz + 0.5), limited = 0;
   double row[TL_CHANNEL_COUNT];
   struct progress progress;

@@ -6,9 +6,9 @@
 
 #include "common/error.h"
 #include "model/model_file.h"
-#include "talus/experimental/twin.h"
-#include "talus/experimental/excitation.h"
 #include "motion/trajectory.h"
+#include "talus/experimental/excitation.h"
+#include "talus/experimental/twin.h"
 
 /* TWIN_BUS: set-points from the bus */
 enum twin_excitation { TWIN_MULTISINE, TWIN_PAPER, TWIN_RAMPS, TWIN_BUS, TWIN_REFERENCE };

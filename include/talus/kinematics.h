@@ -63,8 +63,8 @@ typedef struct tl_sensing {
  * TL_ERR_TOO_SHORT with fewer rows than 30. */
 size_t tl_kinematics_window_workspace(size_t n);
 TL_CHECK tl_status tl_kinematics_window(const tl_model *m, const tl_layout *layout, int joint,
-                            const tl_score_settings *score, double step_s, const tl_block *sample,
-                            double *work, size_t work_n, tl_sensing *out);
+                                        const tl_score_settings *score, double step_s, const tl_block *sample,
+                                        double *work, size_t work_n, tl_sensing *out);
 
 /* A stop of one joint: it stands between rows `before` and `after` (both still moving). */
 typedef struct tl_stop {

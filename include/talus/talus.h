@@ -1,8 +1,10 @@
-/* talus.h: all of the library, and the ways to use it.
+/* talus.h: what a controller or a program links, and the ways to use it.
  *
  * talus identifies the dynamics of a powered joint or leg from the currents of
  * its motors, and computes torques from what it identified. Each header can be
- * used alone and begins with a worked call; this one includes them all.
+ * used alone and begins with a worked call; this one includes all that keep
+ * their promises from version to version. What may still change stands in
+ * experimental.h: effects, simulation, trajectories, rows for a fit.
  *
  * Torques from a model: fill a tl_model (plant.h), then tl_inverse gives the
  * motor torques of a motion and tl_forward the motion that torques make. Both
@@ -19,7 +21,7 @@
  * number of such rows into one small triangle, and identify.h searches the
  * physical parameters by the swarm of pso.h, at a cost independent of the rows.
  *
- * Recordings without a bench: excitation.h makes reference trajectories and
+ * Recordings without a bench (experimental.h): excitation.h makes reference trajectories and
  * checks them against a joint's limits, simulate.h moves the plant under control.
  *
  * Rules that hold everywhere. The caller owns all memory: a function that needs
@@ -56,14 +58,5 @@
 
 /* identification */
 #include "talus/identify.h"
-#include "talus/experimental/regression.h"
-
-/* the bench twin */
-#include "talus/arena.h"
-#include "talus/experimental/twin.h"
-#include "talus/experimental/effect.h"
-#include "talus/experimental/excitation.h"
-#include "talus/experimental/simulate.h"
-#include "talus/experimental/hysteresis.h"
 
 #endif

@@ -27,7 +27,7 @@ static void twist(const tl_effect_stretch *s, int joint, int by_friction, int sh
  * is stiff, it follows load and friction at once. */
 static void along(const tl_effect_stretch *s, int joint, const double *shape, int shows, double *column) {
   tl_flexible_joint p = {shape[0], 0.0,      shape[1], shape[2], shape[3],
-                       shape[4], shape[5], shape[6], shape[7], 0.0};
+                         shape[4], shape[5], shape[6], shape[7], 0.0};
   int k;
 
   tl_columns_link(s, &p, joint, shows, column);

@@ -52,14 +52,14 @@ typedef struct tl_effect_parameter {
   const char *name; /* with its unit: "speed_rad_s" */
   double low, high; /* physical range */
   double typical;
-  int flags;        /* set of TL_PARAMETER_... */
+  int flags;            /* set of TL_PARAMETER_... */
   double default_value; /* of an optional parameter that a model file does not name */
 } tl_effect_parameter;
 
 enum {
   TL_PARAMETER_OPTIONAL = 1, /* a model file may leave it out */
   TL_PARAMETER_FIT_ONLY = 2, /* shows in recordings; forward time knows no other value than `otherwise` */
-  TL_PARAMETER_NEEDS_TEMPERATURE = 4    /* other than 0 it needs the drive's temperature */
+  TL_PARAMETER_NEEDS_TEMPERATURE = 4 /* other than 0 it needs the drive's temperature */
 };
 
 /* Where an effect can stand. */
@@ -75,8 +75,8 @@ enum {
 /* What the effects of one joint change in its plant and sensors, for simulation. Zero: nothing. */
 typedef struct tl_effect_change {
   double delay_s;                               /* the current is later than the angles */
-  double telemetry_delay_s;                           /* current and angles are later than a sensor at the output */
-  double torque_constant_error;                          /* the drive delivers 1 + this of what its constant says */
+  double telemetry_delay_s;                     /* current and angles are later than a sensor at the output */
+  double torque_constant_error;                 /* the drive delivers 1 + this of what its constant says */
   double motor_sine_rad, motor_cosine_rad;      /* added to the motor's encoder, once a turn of it */
   double joint_sine_rad, joint_cosine_rad;      /* added to the joint's encoder, once a turn of it */
   double AB_m, BO_m, AC_m, BOF_rad;             /* added to the linkage's dimensions */

@@ -14,7 +14,7 @@ extern "C" {
  * in the direction s of the motion, power 1 or more; each step in closed form. travel > 0, in the position's unit.
  * (Dahl, "A solid friction model", 1968.) */
 void tl_dahl_along(const double *position, size_t n, double travel, double power, double first,
-                     double *state);
+                   double *state);
 
 #define TL_TWO_MASS_SETTLE_S 2.0 /* in which a link on its spring comes to rest, of a joint's gear */
 
@@ -46,8 +46,7 @@ typedef struct tl_two_mass_motion {
 /* Along the motor's angle and speed (at the joint) at n instants t_s. other_Nm is what the link needs besides its
  * inertia and friction. Leapfrog steps; friction that would reverse the link stops it. */
 void tl_two_mass_along(const tl_two_mass *link, const double *t_s, const double *motor_rad,
-                           const double *motor_rad_s, const double *other_Nm, size_t n,
-                           tl_two_mass_motion *out);
+                       const double *motor_rad_s, const double *other_Nm, size_t n, tl_two_mass_motion *out);
 
 /* A filter of second order from rest along n instants: a[0] y[k] = sum of b[i] x[k-i] less a[1] y[k-1] and a[2] y[k-2].
  * a[0] != 0; y may be x. */

@@ -43,10 +43,12 @@ typedef struct tl_regression {
   /* effects that are modelled already, by tl_regression_set_effects. Nullable: effect when effects is 0. */
   const tl_effect *effect;
   int effects;
-  double begin_s;                        /* the recording's first instant, from which effects of time count */
-  double delay_s[TL_MAX_JOINTS];         /* of each current behind the angles, by effects */
-  double telemetry_delay_s[TL_MAX_JOINTS];     /* of currents and angles behind a sensor at the output, by effects */
-  double torque_constant_error[TL_MAX_JOINTS];    /* the drive delivers 1 + this of what current and constant say, by effects */
+  double begin_s;                /* the recording's first instant, from which effects of time count */
+  double delay_s[TL_MAX_JOINTS]; /* of each current behind the angles, by effects */
+  double
+      telemetry_delay_s[TL_MAX_JOINTS]; /* of currents and angles behind a sensor at the output, by effects */
+  double torque_constant_error
+      [TL_MAX_JOINTS]; /* the drive delivers 1 + this of what current and constant say, by effects */
   tl_channel temperature[TL_MAX_JOINTS]; /* that effects need; TL_CHANNEL_COUNT where they do not */
 } tl_regression;
 

@@ -59,7 +59,7 @@ typedef struct tl_simulation {
   const tl_effect *effect;
   int effects;
   double effects_begin_s; /* the instant from which effects of time count */
-  tl_link_state beyond;       /* all 0 without effects of this sort */
+  tl_link_state beyond;   /* all 0 without effects of this sort */
 } tl_simulation;
 
 /* Torque at an instant, as tl_forward takes it. Smooth within one call of tl_simulate; what it

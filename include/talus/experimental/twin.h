@@ -21,8 +21,8 @@
 #include "talus/channel.h"
 #include "talus/experimental/effect.h"
 #include "talus/experimental/excitation.h"
-#include "talus/plant.h"
 #include "talus/experimental/simulate.h"
+#include "talus/plant.h"
 #include "talus/status.h"
 
 #ifdef __cplusplus
@@ -91,7 +91,7 @@ typedef struct tl_twin {
  * tl_effect_check (TL_ERR_RANGE also for a linkage that its error does not let close, and a delay
  * beyond TL_TWIN_TICKS) and tl_simulation_init. */
 TL_CHECK tl_status tl_twin_init(tl_twin *b, const tl_model *m, const tl_excitation *e,
-                                 const tl_twin_settings *s);
+                                const tl_twin_settings *s);
 /* The next sample: row[channel] for the channels of the settings, NaN elsewhere. The bench never
  * ends; errors as tl_simulate. */
 TL_CHECK tl_status tl_twin_next(tl_twin *b, double row[TL_CHANNEL_COUNT]);

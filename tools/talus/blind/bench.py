@@ -23,7 +23,7 @@ STEP_S, FLEXIBLE_STEP_S = 1e-4, 5e-5
 
 def program():
     """The compiled twin; compiled when a source is newer."""
-    build = Path(os.environ.get("TALUS_BUILD") or HERE.parents[1] / "build") / "blind"
+    build = Path(os.environ.get("TALUS_BUILD") or HERE.parents[2] / "build") / "blind"
     target = build / "bench_twin"
     sources = [HERE / name for name in SOURCES]
     newest = max(path.stat().st_mtime for path in [*sources, HERE / "twin.h"])

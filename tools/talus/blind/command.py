@@ -65,7 +65,7 @@ def follow(options):
 
 
 def open_seal(options):
-    from . import opening
+    from . import unseal
 
     try:
         unseal.open_seal(options.folder, Path(options.out or options.folder[0]))

@@ -19,7 +19,7 @@ from .cases import model_text
 
 TRAINING = ("train1", "train2", "train3")
 TIMEOUT_S = 600
-ROOT = Path(__file__).resolve().parents[2]
+ROOT = Path(__file__).resolve().parents[3]
 BUILD = Path(os.environ.get("TALUS_BUILD") or ROOT / "build")
 
 
@@ -27,7 +27,7 @@ def fingerprint():
     """What the diagnosis is made of: a verdict of another version does not stay."""
     digest = hashlib.sha256()
     parts = [BUILD / "bin" / "talus-gap", BUILD / "bin" / "talus-identify", BUILD / "lib" / "libtalus.so"]
-    for path in parts + sorted((ROOT / "tools" / "gap").rglob("*.py")):
+    for path in parts + sorted((ROOT / "tools" / "talus").rglob("*.py")):
         digest.update(path.read_bytes() if path.exists() else b"absent")
     return digest.hexdigest()[:16]
 
