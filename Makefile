@@ -69,7 +69,7 @@ ifeq ($(APP_MISSING),)
   APP_PACKAGE_FLAGS := $(shell $(PKG_CONFIG) --cflags $(APP_PACKAGES))
   APP_PACKAGE_LIBS := $(shell $(PKG_CONFIG) --libs $(APP_PACKAGES))
 endif
-APP_FLAGS := -std=c99 -D_POSIX_C_SOURCE=200809L $(WARNINGS) $(EXACT) -pthread \
+APP_FLAGS := -std=c99 -D_POSIX_C_SOURCE=200809L $(WARNINGS) $(EXACT) -pthread -fPIC \
   -Iinclude -Iapps -I$(BUILD)/assets $(APP_PACKAGE_FLAGS) $(SANITIZERS)
 APP_LIBS := $(APP_PACKAGE_LIBS) -lm -pthread
 
@@ -104,13 +104,14 @@ objects = $(patsubst %.c,$(OBJ)/%.o,$(1))
 LIB_OBJECTS := $(call objects,$(LIB_SOURCES))
 PROGRAMS := $(foreach d,$(APP_DIRS),$(BUILD)/bin/$(call app_name,$(d)))
 LIBRARIES := $(BUILD)/lib/libtalus.a $(BUILD)/lib/libtalus.so
+FILES_LIBRARY := $(BUILD)/lib/libtalus_files.so
 PYTHON_SIDE := $(BUILD)/python/talus_cdef.h $(BUILD)/python/talus_macros.h
 
 # ---- build ------------------------------------------------------------------
 
 .PHONY: all library programs python-side test-programs FORCE
 library: $(LIBRARIES)
-python-side: $(PYTHON_SIDE)
+python-side: $(PYTHON_SIDE) $(if $(APP_MISSING),,$(FILES_LIBRARY))
 ifeq ($(APP_MISSING),)
 programs: $(PROGRAMS)
 else
@@ -204,6 +205,12 @@ $(OBJ)/libcommon.list: FORCE
 	@mkdir -p $(@D)
 	@echo '$(COMMON_SOURCES) $(ASSET_NAMES)' | cmp -s - $@ || echo '$(COMMON_SOURCES) $(ASSET_NAMES)' >$@
 
+# The programs' own readers of models and recordings, for Python: one reader for all.
+$(FILES_LIBRARY): $(COMMON_ARCHIVE) $(BUILD)/lib/libtalus.so
+	$(say) LINK $@
+	$(Q)$(CC) $(CFLAGS) $(SANITIZERS) $(LDFLAGS) -shared -Wl,-soname,$(@F) -Wl,-rpath,'$$ORIGIN' -o $@ \
+	  -Wl,--whole-archive $(COMMON_ARCHIVE) -Wl,--no-whole-archive -L$(BUILD)/lib -ltalus $(APP_LIBS)
+
 # A sanitized program carries its options in itself (see the file).
 ifeq ($(SANITIZE),1)
   SANITIZER_OPTIONS := $(OBJ)/sanitizer_options.o
@@ -260,14 +267,15 @@ $(BUILD)/bench/%: $(OBJ)/tools/bench/%.o $(COMMON_ARCHIVE) $(SANITIZER_OPTIONS) 
 
 # The Python side is made from the public headers themselves: declarations as the
 # preprocessor leaves them, and the macros beside them.
-CDEF_CPP = $(CC) -std=c99 -E -P -nostdinc -DTL_NO_ATTRIBUTES -Itools/talus/stubs -Iinclude \
-  $(foreach h,$(HEADERS),-include $(h)) -x c /dev/null
+FILES_HEADERS := apps/common/error.h apps/model/model_file.h apps/recording/recording.h
+CDEF_CPP = $(CC) -std=c99 -E -P -nostdinc -DTL_NO_ATTRIBUTES -Itools/talus/stubs -Iinclude -Iapps \
+  $(foreach h,$(HEADERS) $(FILES_HEADERS),-include $(h)) -x c /dev/null
 
 $(BUILD)/python/headers.list: FORCE
 	@mkdir -p $(@D)
-	@echo '$(HEADERS)' | cmp -s - $@ || echo '$(HEADERS)' >$@
+	@echo '$(HEADERS) $(FILES_HEADERS)' | cmp -s - $@ || echo '$(HEADERS) $(FILES_HEADERS)' >$@
 
-$(BUILD)/python/talus_cdef.h: $(HEADERS) $(wildcard tools/talus/stubs/*.h) $(BUILD)/python/headers.list
+$(BUILD)/python/talus_cdef.h: $(HEADERS) $(FILES_HEADERS) $(wildcard tools/talus/stubs/*.h) $(BUILD)/python/headers.list
 	$(say) GEN $@
 	$(Q)$(CDEF_CPP) >$@
 
@@ -399,6 +407,7 @@ install: all $(BUILD)/talus.pc
 	$(Q)$(INSTALL) -m 644 $(BUILD)/lib/libtalus.a '$(DESTDIR)$(LIBDIR)'
 	$(Q)$(INSTALL) -m 755 $(BUILD)/lib/libtalus.so '$(DESTDIR)$(LIBDIR)/libtalus.so.$(VERSION)'
 	$(Q)ln -sf libtalus.so.$(VERSION) '$(DESTDIR)$(LIBDIR)/$(SONAME)'
+	$(Q)$(if $(wildcard $(FILES_LIBRARY)),$(INSTALL) -m 755 $(FILES_LIBRARY) '$(DESTDIR)$(LIBDIR)')
 	$(Q)ln -sf $(SONAME) '$(DESTDIR)$(LIBDIR)/libtalus.so'
 	$(Q)$(INSTALL) -m 644 $(BUILD)/talus.pc '$(DESTDIR)$(LIBDIR)/pkgconfig'
 	$(Q)$(if $(wildcard $(PROGRAMS)),$(INSTALL) -m 755 $(wildcard $(PROGRAMS)) '$(DESTDIR)$(BINDIR)')
@@ -414,7 +423,7 @@ install: all $(BUILD)/talus.pc
 uninstall:
 	$(Q)rm -rf '$(DESTDIR)$(INCLUDEDIR)/talus' '$(DESTDIR)$(HOMEDIR)'
 	$(Q)rm -f $(PYTHON_PROGRAMS:%='$(DESTDIR)$(BINDIR)/%')
-	$(Q)rm -f '$(DESTDIR)$(LIBDIR)'/libtalus.a '$(DESTDIR)$(LIBDIR)'/libtalus.so* \
+	$(Q)rm -f '$(DESTDIR)$(LIBDIR)'/libtalus.a '$(DESTDIR)$(LIBDIR)'/libtalus.so* '$(DESTDIR)$(LIBDIR)'/libtalus_files.so \
 	  '$(DESTDIR)$(LIBDIR)/pkgconfig/talus.pc' $(PROGRAMS:$(BUILD)/bin/%='$(DESTDIR)$(BINDIR)/%')
 
 $(BUILD)/talus.pc: FORCE

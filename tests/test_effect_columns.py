@@ -15,7 +15,7 @@ PER_TURN = 8.0
 def pendulum():
     """A pendulum of inertia alone, driven by its motor directly."""
     joint = {"transmission": {"type": "fixed", "ratio": 1}, "torque_constant_Nm_A": 1.0}
-    return talus.Model.from_tree({"plant": "pendulum", "inertia_kg_m2": 0.2, "gravity_moment_kg_m": 0.0, "gravity_zero_rad": 0.0,
+    return talus.Model.from_tree({"plant": "pendulum", "gravity_m_s2": 9.81, "inertia_kg_m2": 0.2, "gravity_moment_kg_m": 0.0, "gravity_zero_rad": 0.0,
                                   "joint": {**joint, "friction": {"coulomb_Nm": 0.0, "viscous_Nms_rad": 0.0}}})  # fmt: skip
 
 

@@ -13,7 +13,7 @@
 
 #include <stddef.h>
 
-#if defined(__GNUC__)
+#if defined(__GNUC__) && !defined(TL_NO_ATTRIBUTES)
 #define APP_PRINTF(text, first) __attribute__((format(printf, text, first)))
 #else
 #define APP_PRINTF(text, first)

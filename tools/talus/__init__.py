@@ -17,14 +17,17 @@ TALUS_LIBRARY (the shared library, default <TALUS_BUILD>/lib/libtalus.so).
 """
 
 from ._arrays import pointer
-from ._library import TalusError, check, constants, ffi, lib
-from .identification import Fit, Recording, Regression, identify, predict
+from ._library import BUILD, InputError, TalusError, check, constants, ffi, lib
+from .identification import Fit, Regression, identify, predict
 from .model import Model, score_settings
 from .page import Page
+from .recording import Recording
 from .scoring import Panel, measured, panels, score
 
 __all__ = [
+    "BUILD",
     "Fit",
+    "InputError",
     "Model",
     "Page",
     "Panel",

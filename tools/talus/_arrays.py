@@ -37,3 +37,33 @@ def pointer(array):
     if c_type is None:
         raise TypeError(f"no C type for elements of {array.dtype}")
     return ffi.from_buffer(c_type, array)
+
+
+def joint_arrays(joints, **arrays):
+    """The arrays as C-contiguous doubles of one shape, (joints, n); (n,) will do where there is one joint. None stays
+    None. ValueError names the array whose shape or values are wrong."""
+    out, shape = [], None
+    for name, values in arrays.items():
+        if values is None:
+            out.append(None)
+            continue
+        array = numpy.ascontiguousarray(values, dtype=float)
+        if array.ndim != 2 and (array.ndim != 1 or joints != 1) or array.ndim == 2 and array.shape[0] != joints:
+            raise ValueError(f"{name}: expected shape ({joints}, n), found {array.shape}")
+        shape = shape or array.shape
+        if array.shape != shape:
+            raise ValueError(f"{name}: expected shape {shape} as {next(iter(arrays))}, found {array.shape}")
+        if not numpy.isfinite(array).all():
+            raise ValueError(f"{name}: expected finite numbers, found NaN or infinity")
+        out.append(array)
+    return out
+
+
+def vector(name, values, length):
+    """`values` as C-contiguous finite doubles of shape (length,); ValueError names what is wrong."""
+    array = numpy.ascontiguousarray(values, dtype=float)
+    if array.shape != (length,):
+        raise ValueError(f"{name}: expected shape ({length},), found {array.shape}")
+    if not numpy.isfinite(array).all():
+        raise ValueError(f"{name}: expected finite numbers, found NaN or infinity")
+    return array

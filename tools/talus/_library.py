@@ -1,6 +1,7 @@
 """Loads libtalus.so and declares what the public headers declare."""
 
 import contextlib
+import functools
 import hashlib
 import importlib.util
 import io
@@ -12,9 +13,12 @@ from types import SimpleNamespace
 
 import cffi
 
-_REPOSITORY = Path(__file__).resolve().parents[2]
-_BUILD = Path(os.environ.get("TALUS_BUILD") or _REPOSITORY / "build")
+_HERE = Path(__file__).resolve().parent
+_REPOSITORY = _HERE.parents[1]
+_PACKED = _HERE / "_native"  # in an installed package all that `make` builds for Python lies beside it
+_BUILD = Path(os.environ.get("TALUS_BUILD") or (_PACKED if _PACKED.is_dir() else _REPOSITORY / "build"))
 _LIBRARY = Path(os.environ.get("TALUS_LIBRARY") or _BUILD / "lib" / "libtalus.so")
+_FILES = _BUILD / "lib" / "libtalus_files.so"
 
 
 def _load():
@@ -66,6 +70,7 @@ def _read_constants(text):
     return SimpleNamespace(**values)
 
 
+BUILD = _BUILD  # what `make` built: bin/ has the programs
 ffi, lib = _load()
 constants = _read_constants((_BUILD / "python" / "talus_macros.h").read_text())
 constants.TL_VERSION = ".".join(
@@ -85,3 +90,28 @@ def check(status):
     """Raises TalusError unless `status` is TL_OK."""
     if status != lib.TL_OK:
         raise TalusError(status)
+
+
+class InputError(ValueError):
+    """A model or a recording cannot be read; the text names file, line and what was expected, as the programs do."""
+
+
+@functools.cache
+def files():
+    """The programs' own readers and writers of models and recordings (apps/model, apps/recording)."""
+    if not _FILES.exists():
+        raise ImportError(f"{_FILES} is not there; `make deps` installs what it needs, `make` builds it")
+    library = ffi.dlopen(str(_FILES.resolve()), ffi.RTLD_LAZY)
+    library.app_set_name(_NAME)
+    return library
+
+
+_NAME = ffi.new("char[]", b"talus")  # kept: the readers' notes begin with it
+
+
+def check_file(result, error):
+    """Raises InputError, or OSError where it is no fault of the file, unless `result` is 0; `error` is an app_error."""
+    if result == 0:
+        return
+    text = ffi.string(error.text).decode(errors="replace")
+    raise (InputError if error.status == lib.APP_BAD_INPUT else OSError)(text)

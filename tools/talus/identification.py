@@ -1,64 +1,20 @@
 """Identification from Python: recordings as arrays in, parameters out, by the library's own code.
 
-    recording = talus.Recording.read("train.csv.gz", model)
+    recording = talus.Recording.read("train.csv.gz")
     fit = talus.identify(model, [recording], seed=1)
     fit.parameters["foot_com_m"], fit.sigma["foot_com_m"]
     torque = talus.predict(fit.model, recording)         # (joints, n)
 """
 
-import gzip
 from dataclasses import dataclass, field
 
 import numpy
 
-from ._arrays import pointer
+from ._arrays import pointer, vector
 from ._library import TalusError, check, constants, ffi, lib
-from .model import score_settings
+from .recording import score_of
 
 SAMPLE_ROWS = 8192  # rows of a recording that its sensing is measured on
-
-
-def channels():
-    """Column name -> channel number."""
-    return {ffi.string(lib.tl_channel_name(c)).decode(): c for c in range(lib.TL_CHANNEL_COUNT)}
-
-
-class Recording:
-    """Columns of one recording, by the contract's names, as float arrays of one length."""
-
-    def __init__(self, columns, score=None):
-        known = channels()
-        self.columns = {n: numpy.ascontiguousarray(x, dtype=float) for n, x in columns.items() if n in known}
-        self.t = self.columns["time_s"]
-        self.valid = self.columns.get("valid")
-        self.score = score_settings(score)
-        self.recorded = sum(1 << known[name] for name in self.columns)
-        self.step_s = lib.tl_median_step(pointer(self.t), len(self.t), pointer(numpy.empty(len(self.t) - 1)))
-
-    @classmethod
-    def read(cls, path, score=None):
-        """From a CSV file (also .gz), by NumPy; the commands read the same format strictly."""
-        opener = gzip.open if str(path).endswith(".gz") else open
-        with opener(path, "rt", encoding="utf-8") as file:
-            header, *rows = (line for line in file if not line.startswith("#"))
-        names = [name.strip() for name in header.split(",")]
-        return cls(dict(zip(names, numpy.loadtxt(rows, delimiter=",", ndmin=2).T)), score)
-
-    def segments(self):
-        """Row ranges [begin, end) without gap or change of `valid`."""
-        mask = ffi.NULL if self.valid is None else pointer((self.valid != 0).astype(numpy.uint8))
-        cursor, part = ffi.new("size_t *"), ffi.new("tl_segment *")
-        while lib.tl_segment_next(pointer(self.t), mask, len(self.t), self.step_s, cursor, part):
-            yield part.begin, part.end
-
-    def block(self, begin, end):
-        """A `tl_block` of rows [begin, end); keep the recording alive while it is used."""
-        block = ffi.new("tl_block *")
-        block.n, block.t_s = end - begin, pointer(self.t) + begin
-        for name, number in channels().items():
-            if name in self.columns:
-                block.channel[number] = pointer(self.columns[name]) + begin
-        return block
 
 
 @dataclass
@@ -77,21 +33,27 @@ class Regression:
     """The rows of one recording under one model."""
 
     def __init__(self, model, recording, window=None):
-        self.model, self.recording = model, recording
+        recording.check_channels(model)
+        self.model, self.recording, self.score = model, recording, score_of(model, recording)
         self.struct = ffi.new("tl_regression *")
-        check(lib.tl_regression_init(self.struct, model.struct, recording.recorded, recording.score, recording.step_s))
+        check(lib.tl_regression_init(self.struct, model.struct, recording.recorded, self.score, recording.step_s))
         for joint in range(len(model.joints)):
             self._sense(joint, window)
+        self._effects = ffi.new("tl_effect[]", model.effects)  # kept: the regression refers to them
+        if model.effects:
+            check(lib.tl_regression_set_effects(self.struct, self._effects, len(model.effects), recording.t[0]))
 
     def _sense(self, joint, window):
         begin, end = next(iter(self.recording.segments()))
         end = min(end, begin + SAMPLE_ROWS)
         work = numpy.empty(lib.tl_kinematics_window_workspace(end - begin))
         sensing = self.struct.sensing + joint
-        check(lib.tl_kinematics_window(self.model.struct, ffi.addressof(self.struct, "layout"), joint, self.recording.score,
-                           self.recording.step_s, self.recording.block(begin, end), pointer(work), len(work), sensing))
-        if window:
-            sensing.window.order, sensing.window.length_s = window
+        check(lib.tl_kinematics_window(self.model.struct, ffi.addressof(self.struct, "layout"), joint, self.score,
+                                       self.recording.step_s, self.recording.block(begin, end), pointer(work), len(work),
+                                       sensing))  # fmt: skip
+        given = self.model.window
+        if window or given:
+            sensing.window.order, sensing.window.length_s = window or (given.order, given.length_s)
             sensing.across = 1
 
     def sensing(self, joint=0):
@@ -152,19 +114,26 @@ class Regression:
     def predict(self, base):
         """What the base parameters predict at the recording's rows, (joints, n); the nearest estimate is
         held where there is none."""
-        n, joints = len(self.recording.t), len(self.model.joints)
-        base = numpy.ascontiguousarray(list(base.values()) if isinstance(base, dict) else base, dtype=float)
-        out = numpy.full((joints, n), numpy.nan)
+        t, joints = self.recording.t, len(self.model.joints)
+        base = list(base.values()) if isinstance(base, dict) else base
+        base = vector("base", base, len(self.model.base))
+        out, known = numpy.empty((joints, len(t))), numpy.zeros(len(t), dtype=bool)
         for begin, end in self.recording.segments():
             space, _alive = self._segment(begin, end, with_rows=False)
+            known[begin:end] = True
             for joint in range(joints):
                 out[joint, begin:end] = [
                     lib.tl_regression_predict(space, joint, pointer(base), i) for i in range(end - begin)
                 ]
-        known = numpy.flatnonzero(numpy.isfinite(out[0]))
-        nearest = known[numpy.argmin(numpy.abs(known[:, None] - numpy.arange(n)[None, :]), axis=0)] if (
-            len(known) < n) else numpy.arange(n)
-        return out[:, nearest]
+        return out[:, _nearest(t, numpy.flatnonzero(known))]
+
+
+def _nearest(t, known):
+    """For each instant the known row that is nearest in time, the earlier of two."""
+    after = numpy.clip(numpy.searchsorted(known, numpy.arange(len(t))), 0, len(known) - 1)
+    before = numpy.clip(numpy.searchsorted(known, numpy.arange(len(t)), "right") - 1, 0, None)
+    last, coming = known[before], known[after]
+    return numpy.where((numpy.abs(t - t[last]) <= numpy.abs(t[coming] - t)), last, coming)
 
 
 def predict(model, recording, window=None):

@@ -1,102 +1,76 @@
-"""A model as Python sees it: the C struct, filled from a model file or a mapping.
+"""A model as Python sees it: the C struct, read and written by the programs' own code.
 
     model = talus.Model.read("models/leg.yaml")
     model.parameters["foot_com_m"]          # physical parameters by name
     model.base["foot_moment"]               # the combinations that can be identified
     model.inverse(q, v, a)                  # (joints, n) arrays in, motor torques out
+    model.write("changed.yaml")
 """
 
+import tempfile
+from pathlib import Path
 
 import numpy
 import yaml
 
-from ._arrays import pointer
-from ._library import check, ffi, lib
+from ._arrays import joint_arrays, pointer, vector
+from ._library import InputError, check, check_file, ffi, files, lib
 
 _PLANTS = {"leg": "TL_PLANT_LEG", "pendulum": "TL_PLANT_PENDULUM", "slider": "TL_PLANT_SLIDER"}
 
-# keys of the model file that stand in the struct under another name
-_SCALARS = {
-    "leg": {
-        "gravity_m_s2": "gravity_m_s2",
-        "shank.length_m": "shank_length_m",
-        "shank.mass_kg": "shank_mass_kg",
-        "shank.com_m": "shank_com_m",
-        "shank.inertia_kg_m2": "shank_inertia_kg_m2",
-        "foot.mass_kg": "foot_mass_kg",
-        "foot.com_m": "foot_com_m",
-        "foot.inertia_kg_m2": "foot_inertia_kg_m2",
-        "ankle_motor.mass_kg": "ankle_motor_mass_kg",
-        "ankle_motor.com_m": "ankle_motor_com_m",
-    },
-    "pendulum": {
-        name: name
-        for name in ("gravity_m_s2", "inertia_kg_m2", "gravity_moment_kg_m", "gravity_zero_rad", "torque_offset_Nm")
-    },
-    "slider": {"mass_kg": "mass_kg", "force_offset_N": "force_offset_N"},
-}
-
-
-def _at(tree, path):
-    for key in path.split("."):
-        tree = tree.get(key, {}) if isinstance(tree, dict) else {}
-    return tree if not isinstance(tree, dict) else None
-
 
 class Model:
-    """Plant, parameters and drives; wraps a `tl_model` and is copied by `copy()`."""
+    """Plant, parameters and drives, and what else a model file says: `struct` is a `tl_model`, `score` a
+    `tl_score_settings`, `window` a `tl_window` or None, `effects` a list of `tl_effect`. Copied by `copy()`."""
 
     def __init__(self, plant):
+        if plant not in _PLANTS:
+            raise ValueError(f"plant: expected one of {', '.join(_PLANTS)}, found {plant!r}")
         self.plant = plant
         self.struct = ffi.new("tl_model *")
         check(lib.tl_model_init(self.struct, getattr(lib, _PLANTS[plant])))
+        self.score, self.window, self.effects = score_settings(), None, []
+        self._file = ffi.new("struct model_file *")
 
     @classmethod
     def read(cls, path):
-        """The model of a YAML file. For strict checks with line numbers use the commands."""
-        with open(path, encoding="utf-8") as file:
-            return cls.from_tree(yaml.safe_load(file))
+        """The model of a YAML file. InputError names file, line and key of what is wrong, as every command does."""
+        file, error = ffi.new("struct model_file *"), ffi.new("struct app_error *")
+        check_file(files().model_file_read(str(path).encode(), file, error), error)
+        model = cls({getattr(lib, number): name for name, number in _PLANTS.items()}[file.model.plant])
+        model._file = file
+        model.struct[0] = file.model
+        model.score[0] = file.score
+        model.window = ffi.new("tl_window *", file.window) if file.has_window else None
+        model.effects = [ffi.new("tl_effect *", file.effect[i])[0] for i in range(file.effects)]
+        return model
 
     @classmethod
     def from_tree(cls, tree):
-        """The model of a mapping with the model file's keys."""
-        model = cls(tree["plant"])
-        for path, field in _SCALARS[model.plant].items():
-            value = _at(tree, path)
-            if value is not None:
-                setattr(model.struct, field, value)
-        if tree.get("form", "lagrange") == "paper":
-            model.struct.form = lib.TL_FORM_PAPER
-        joints = {"leg": ("knee", "ankle"), "pendulum": ("joint",), "slider": (None,)}[model.plant]
-        for index, joint in enumerate(joints):
-            model._read_drive(index, tree[joint] if joint else tree)
-        check(lib.tl_model_check(model.struct))
-        return model
+        """The model of a mapping with the model file's keys, by the same rules as a file."""
+        with tempfile.TemporaryDirectory(prefix="talus-") as folder:
+            path = Path(folder) / "model"
+            path.write_text(yaml.safe_dump(_plain(tree), sort_keys=False), encoding="utf-8")
+            try:
+                return cls.read(path)
+            except InputError as error:
+                raise InputError(str(error).replace(f"{folder}/", "")) from None
 
-    def _read_drive(self, index, tree):
-        drive = self.struct.drive[index]
-        friction = tree["friction"]
-        drive.coulomb_Nm = friction.get("coulomb_Nm", friction.get("coulomb_N", 0.0))
-        drive.viscous_Nms_rad = friction.get("viscous_Nms_rad", friction.get("viscous_Ns_m", 0.0))
-        drive.torque_constant_Nm_A = tree.get("torque_constant_Nm_A", 0.0)
-        drive.rotor_inertia_kg_m2 = tree.get("rotor_inertia_kg_m2", 0.0)
-        if "transmission" in tree:
-            self._read_transmission(drive, dict(tree["transmission"]))
-
-    def _read_transmission(self, drive, tree):
-        kind = tree.pop("type")
-        target = ffi.addressof(drive, "transmission")
-        if kind == "fixed":
-            check(lib.tl_transmission_fixed(target, tree["ratio"]))
-        elif kind == "screw_linkage":
-            check(lib.tl_transmission_screw_linkage(target, ffi.new("tl_screw_linkage *", tree)))
-        else:
-            check(lib.tl_transmission_fourier(target, ffi.new("tl_fourier *", tree)))
+    def write(self, path, comment=""):
+        """The model as a YAML file, which every command reads; the file appears whole or not at all."""
+        file, error = ffi.new("struct model_file *", self._file[0]), ffi.new("struct app_error *")
+        file.model, file.score = self.struct[0], self.score[0]
+        file.effects = len(self.effects)
+        for i, effect in enumerate(self.effects):
+            file.effect[i] = effect
+        check_file(files().model_file_write(str(path).encode(), file, comment.encode() or ffi.NULL, error), error)
 
     def copy(self):
         """An independent model with the same values."""
         other = Model(self.plant)
-        other.struct[0] = self.struct[0]
+        other.struct[0], other.score[0], other._file[0] = self.struct[0], self.score[0], self._file[0]
+        other.window = self.window and ffi.new("tl_window *", self.window[0])
+        other.effects = list(self.effects)
         return other
 
     @property
@@ -122,7 +96,7 @@ class Model:
         values = {**self.parameters, **changes}
         if len(values) != len(self.parameters):
             raise KeyError(f"unknown among {sorted(changes)}")
-        lib.tl_parameters_set(self.struct, pointer(numpy.array(list(values.values()), dtype=float)))
+        lib.tl_parameters_set(self.struct, pointer(vector("parameters", list(values.values()), len(values))))
 
     @property
     def base(self):
@@ -132,33 +106,30 @@ class Model:
         return {self._text(lib.tl_base_name(self.struct, i)): float(x) for i, x in enumerate(values)}
 
     def inverse(self, q, v, a, slip=None):
-        """Motor torques (joint torque, force) [(joints, n)] of a motion; arrays of shape (joints, n).
-        `slip` is the direction of friction, the sign of v if not given."""
-        q, v, a = (numpy.ascontiguousarray(x, dtype=float) for x in (q, v, a))
-        slip = None if slip is None else numpy.ascontiguousarray(slip, dtype=float)
+        """Motor torques (joint torque, force) of a motion; arrays of shape (joints, n) [rad, rad/s, rad/s^2], or (n,)
+        where there is one joint. `slip` is the direction of friction, the sign of v if not given."""
+        q, v, a, slip = joint_arrays(len(self.joints), q=q, v=v, a=a, slip=slip)
         torque = numpy.empty_like(q)
         lib.tl_inverse_batch(self.struct, q.size // len(self.joints), pointer(q), pointer(v), pointer(a),
-                             pointer(slip), pointer(torque))
+                             pointer(slip), pointer(torque))  # fmt: skip
         return torque
 
     def forward(self, q, v, torque):
         """Accelerations [(joints, n)] under motor torques; friction by the sign of v."""
-        q, v, torque = (numpy.atleast_2d(numpy.asarray(x, dtype=float)) for x in (q, v, torque))
-        out = numpy.empty_like(q)
-        motion = ffi.new("tl_motion *")
+        q, v, torque = map(numpy.atleast_2d, joint_arrays(len(self.joints), q=q, v=v, torque=torque))
+        out, motion = numpy.empty_like(q), ffi.new("tl_motion *")
         joints = range(q.shape[0])
         for i in range(q.shape[1]):
             for j in joints:
                 motion.q[j], motion.v[j] = q[j, i], v[j, i]
             lib.tl_slip_from_velocity(self.struct, motion)
             check(lib.tl_forward(self.struct, [float(torque[j, i]) for j in joints], motion))
-            for j in joints:
-                out[j, i] = motion.a[j]
+            out[:, i] = [motion.a[j] for j in joints]
         return out
 
     def energy(self, q, v):
         """Kinetic and potential energy [J], two arrays of length n."""
-        q, v = (numpy.atleast_2d(numpy.asarray(x, dtype=float)) for x in (q, v))
+        q, v = map(numpy.atleast_2d, joint_arrays(len(self.joints), q=q, v=v))
         motion, parts = ffi.new("tl_motion *"), ffi.new("double[2]")
         out = numpy.empty((2, q.shape[1]))
         for i in range(q.shape[1]):
@@ -169,11 +140,18 @@ class Model:
         return out[0], out[1]
 
 
+def _plain(tree):
+    """The mapping with NumPy's numbers as Python's, as YAML writes them."""
+    if isinstance(tree, dict):
+        return {str(key): _plain(value) for key, value in tree.items()}
+    if isinstance(tree, (list, tuple, numpy.ndarray)):
+        return [_plain(value) for value in tree]
+    return tree.item() if isinstance(tree, numpy.generic) else tree
+
+
 def score_settings(tree=None):
     """A `tl_score_settings` with the defaults, changed by the mapping `tree` (the file's `score:`)."""
     settings = ffi.new("tl_score_settings *", lib.tl_score_defaults())
     for name, value in (tree or {}).items():
         setattr(settings, name, value)
     return settings
-
-

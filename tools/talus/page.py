@@ -16,9 +16,12 @@ from contextlib import contextmanager
 from html import escape
 from pathlib import Path
 
-_ASSETS = Path(__file__).resolve().parents[2] / "apps" / "common" / "assets"
+_PACKED = Path(__file__).resolve().parent / "_native" / "assets"  # of an installed package
+_ASSETS = _PACKED if _PACKED.is_dir() else Path(__file__).resolve().parents[2] / "apps" / "common" / "assets"
 BAR_REM, AXIS_REM = 2.4, 3.6  # heights of a bar with a label of two lines, and of the axis beneath
-_CHART_LIBRARY = [Path("/usr/share/javascript/chart.js") / name for name in ("chart.min.js", "Chart.min.js")]
+_CHART_LIBRARY = [
+    folder / name for folder in (_PACKED, Path("/usr/share/javascript/chart.js")) for name in ("chart.min.js", "Chart.min.js")
+]
 
 
 class Page:
@@ -90,7 +93,7 @@ class Page:
         """Writes the page; `tools/setup build` installs the chart library that it carries."""
         library = next((file for file in _CHART_LIBRARY if file.exists()), None)
         if library is None:
-            raise FileNotFoundError(f"{_CHART_LIBRARY[0]} is not there; run tools/setup build")
+            raise FileNotFoundError(f"{_CHART_LIBRARY[-2]} is not there; run tools/setup build")
         places = {
             "title": escape(self.title),
             "style": (_ASSETS / "page.css").read_text(encoding="utf-8"),

@@ -8,9 +8,10 @@ from dataclasses import dataclass
 
 import numpy
 
-from ._arrays import pointer
+from ._arrays import joint_arrays, pointer
 from ._library import check, ffi, lib
-from .identification import Regression, channels
+from .identification import Regression
+from .recording import channels, score_of
 
 
 def measured(model, recording):
@@ -29,13 +30,16 @@ def measured(model, recording):
 def score(model, recording, predicted):
     """The error of `predicted`, (joints, n) at the recording's rows, for each joint: a dict with rms,
     measured_rms, relative_percent, reversal_rms (near standstill), samples and samples_left_out."""
+    (predicted,) = map(numpy.atleast_2d, joint_arrays(len(model.joints), predicted=predicted))
     shown, speed = measured(model, recording), numpy.nan_to_num(Regression(model, recording).motion()["speed"])
+    if predicted.shape != shown.shape:
+        raise ValueError(f"predicted: expected shape {shown.shape} as the recording has rows, found {predicted.shape}")
     valid = None if recording.valid is None else (recording.valid != 0).astype(numpy.uint8)
     work, result = numpy.empty(lib.tl_score_workspace(len(recording.t))), ffi.new("tl_score_result *")
     out = {}
     for j, joint in enumerate(model.joints):
         rows = [numpy.ascontiguousarray(x[j], dtype=float) for x in (shown, predicted, speed)]
-        check(lib.tl_score(recording.score, pointer(recording.t), pointer(valid), *map(pointer, rows),
+        check(lib.tl_score(score_of(model, recording), pointer(recording.t), pointer(valid), *map(pointer, rows),
                            len(recording.t), pointer(work), len(work), result))  # fmt: skip
         out[joint] = {"rms": result.residual_rms, "measured_rms": result.measured_rms,
                       "relative_percent": result.relative_percent, "reversal_rms": result.reversal_rms,

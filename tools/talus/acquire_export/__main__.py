@@ -4,4 +4,10 @@ import sys
 
 from .command import main
 
-sys.exit(main(sys.argv[1:]))
+
+def run():
+    sys.exit(main(sys.argv[1:]))
+
+
+if __name__ == "__main__":
+    run()

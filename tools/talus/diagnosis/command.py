@@ -108,7 +108,7 @@ def say(text):
 
 def identify(options):
     """(report, model file's mapping) of talus-identify, which checks every input on the way."""
-    program = Path(os.environ.get("TALUS_BUILD") or "build") / "bin" / "talus-identify"
+    program = talus.BUILD / "bin" / "talus-identify"
     with tempfile.TemporaryDirectory(prefix="talus-gap-") as folder:
         outputs = [Path(folder) / name for name in ("fitted.yaml", "report.json")]
         command = [program, "--model", options.flags["--model"], "--out", outputs[0], "--report", outputs[1],
@@ -181,9 +181,8 @@ def diagnose(options, step):
     identification, tree = identify(options)
     if tree.get("effects"):
         say(f"{NAME}: note: the model's own effects are left out of the diagnosis, and looked for anew")
-    with open(options.flags["--model"], encoding="utf-8") as file:
-        given = talus.Model.from_tree(yaml.safe_load(file))
-    model = talus.Model.from_tree(tree)
+    given, model = talus.Model.read(options.flags["--model"]), talus.Model.from_tree(tree)
+    given.effects, model.effects = [], []
     tracks = read_tracks(options, tree, given)
     reason = experiment.too_poor(tracks)
     if reason:

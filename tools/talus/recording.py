@@ -1,0 +1,133 @@
+"""A recording as columns: from a file by the programs' own reader, or from arrays.
+
+    recording = talus.Recording.read("train.csv.gz")
+    recording.columns["knee_current_A"]
+    talus.Recording({"time_s": t, "joint_rad": q, "joint_current_A": i})
+"""
+
+import gzip
+
+import numpy
+
+from ._arrays import pointer
+from ._library import InputError, check, check_file, ffi, files, lib
+from .model import Model, score_settings
+
+
+def channels():
+    """Column name -> channel number."""
+    return {ffi.string(lib.tl_channel_name(c)).decode(): c for c in range(lib.TL_CHANNEL_COUNT)}
+
+
+def channel_set(model):
+    """What a model's recordings hold: a `tl_channel_set`."""
+    held = ffi.new("tl_channel_set *")
+    check(lib.tl_channel_set_of(model.struct.plant, held))
+    return held
+
+
+def score_of(model, recording):
+    """The scoring rule: the recording's own where one was given, else that of the model's file."""
+    return recording.score if recording.has_score else model.score
+
+
+class Recording:
+    """Columns of one recording, by the contract's names, as float arrays of one length. `score` is a mapping with keys of
+    a model file's `score:`, and goes before that of the model."""
+
+    def __init__(self, columns, score=None):
+        known = channels()
+        self.columns = {n: numpy.ascontiguousarray(x, dtype=float) for n, x in columns.items() if n in known}
+        self._check_columns()
+        self.t = self.columns["time_s"]
+        self.valid = self.columns.get("valid")
+        self.has_score, self._score = score is not None, score_settings(score)
+        self.recorded = sum(1 << known[name] for name in self.columns)
+        self.step_s = lib.tl_median_step(pointer(self.t), len(self.t), pointer(numpy.empty(len(self.t) - 1)))
+
+    def _check_columns(self):
+        if "time_s" not in self.columns:
+            raise ValueError(f"time_s: expected this column, found {', '.join(self.columns) or 'none that is known'}")
+        n = self.columns["time_s"].shape
+        for name, values in self.columns.items():
+            if values.ndim != 1 or values.shape != n or len(values) < 2:
+                raise ValueError(f"{name}: expected shape {n} as time_s, one number a sample and two samples at the least, "
+                                 f"found {values.shape}")  # fmt: skip
+            if not numpy.isfinite(values).all():
+                raise ValueError(f"{name}: expected finite numbers, found {values[~numpy.isfinite(values)][0]} at row "
+                                 f"{numpy.flatnonzero(~numpy.isfinite(values))[0]}")  # fmt: skip
+        late = numpy.flatnonzero(numpy.diff(self.columns["time_s"]) <= 0)
+        if len(late):
+            raise ValueError(f"time_s: expected times that rise, found none at row {late[0] + 1}")
+        if not numpy.isin(self.columns.get("valid", 1.0), (0.0, 1.0)).all():
+            raise ValueError("valid: expected 0 or 1")
+
+    @classmethod
+    def read(cls, path, score=None, model=None):
+        """From a CSV file (also .gz), by the programs' reader: InputError names file and line of what is wrong. Without a
+        model the columns tell whose recording it is."""
+        model = model or Model(_plant_of(path))
+        error = ffi.new("struct app_error *")
+        held = files().recording_open(str(path).encode(), model.struct.plant, error)
+        check_file(0 if held else -1, error)
+        try:
+            return cls(_columns(held, error), score)
+        finally:
+            files().recording_close(held)
+
+    @property
+    def score(self):
+        """A `tl_score_settings`."""
+        return self._score
+
+    @score.setter
+    def score(self, settings):
+        self._score, self.has_score = settings, True
+
+    def check_channels(self, model):
+        """ValueError names the columns that the model's recordings need and this one lacks."""
+        held, names = channel_set(model), {number: name for name, number in channels().items()}
+        sets = [1 << c for c in names if held.required >> c & 1] + [x for x in held.any_of if x]
+        lacking = [" or ".join(names[c] for c in names if x >> c & 1) for x in sets if not x & self.recorded]
+        if lacking:
+            raise ValueError(f"the recording lacks {', '.join(lacking)} (a {model.plant}'s needs it)")
+
+    def segments(self):
+        """Row ranges [begin, end) without gap or change of `valid`."""
+        mask = ffi.NULL if self.valid is None else pointer((self.valid != 0).astype(numpy.uint8))
+        cursor, part = ffi.new("size_t *"), ffi.new("tl_segment *")
+        while lib.tl_segment_next(pointer(self.t), mask, len(self.t), self.step_s, cursor, part):
+            yield part.begin, part.end
+
+    def block(self, begin, end):
+        """A `tl_block` of rows [begin, end); keep the recording alive while it is used."""
+        block = ffi.new("tl_block *")
+        block.n, block.t_s = end - begin, pointer(self.t) + begin
+        for name, number in channels().items():
+            if name in self.columns:
+                block.channel[number] = pointer(self.columns[name]) + begin
+        return block
+
+
+def _plant_of(path):
+    """The plant whose columns stand in a file's header."""
+    opener = gzip.open if str(path).endswith(".gz") else open
+    try:
+        with opener(path, "rt", encoding="utf-8", errors="replace") as file:
+            header = next((line for line in file if line.strip() and not line.startswith("#")), "")
+    except (OSError, EOFError) as error:
+        raise InputError(f"{path}: {getattr(error, 'strerror', None) or error}") from error
+    named = sum(1 << number for name, number in channels().items() if name in {x.strip() for x in header.split(",")})
+    return max(("leg", "pendulum", "slider"), key=lambda plant: bin(channel_set(Model(plant)).known & named).count("1"))
+
+
+def _columns(held, error):
+    """Every column of an open recording."""
+    n = files().recording_rows(held)
+    out = {name: numpy.empty(n) for name, c in channels().items() if files().recording_has(held, c) and name != "valid"}
+    column, valid = ffi.new("double *[]", lib.TL_CHANNEL_COUNT), numpy.empty(n, dtype=numpy.uint8)
+    for name, values in out.items():
+        column[channels()[name]] = pointer(values)
+    check_file(files().recording_read(held, 0, n, column, pointer(valid), error), error)
+    has_valid = "valid" in channels() and files().recording_has(held, channels()["valid"])
+    return {**out, "valid": valid.astype(float)} if has_valid else out
