@@ -69,7 +69,7 @@ ifeq ($(APP_MISSING),)
   APP_PACKAGE_FLAGS := $(shell $(PKG_CONFIG) --cflags $(APP_PACKAGES))
   APP_PACKAGE_LIBS := $(shell $(PKG_CONFIG) --libs $(APP_PACKAGES))
 endif
-APP_FLAGS := -std=c99 -D_POSIX_C_SOURCE=200809L $(WARNINGS) $(EXACT) -pthread -fPIC \
+APP_FLAGS := -std=c99 -D_POSIX_C_SOURCE=200809L -D_FILE_OFFSET_BITS=64 $(WARNINGS) $(EXACT) -pthread -fPIC \
   -Iinclude -Iapps -I$(BUILD)/assets $(APP_PACKAGE_FLAGS) $(SANITIZERS)
 APP_LIBS := $(APP_PACKAGE_LIBS) -lm -pthread
 
@@ -229,7 +229,7 @@ $$(BUILD)/bin/$(call app_name,$(1)): $$(call objects,$$(call program_sources,$(1
 endef
 $(foreach d,$(APP_DIRS),$(eval $(call program_rule,$(d))))
 
-$(OBJ)/apps/acquire/gpio.o $(OBJ)/apps/acquire/gpio_%.o: CPPFLAGS += $(GPIOD_FLAGS)
+$(OBJ)/apps/acquire/source/gpio.o $(OBJ)/apps/acquire/source/gpio_%.o: CPPFLAGS += $(GPIOD_FLAGS)
 $(BUILD)/bin/talus-acquire: APP_LIBS += $(GPIOD_LIBS)
 
 # Each tests/programs/NAME.c is a small program that shows what programs share to

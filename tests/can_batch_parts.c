@@ -1,6 +1,6 @@
-/* can_batch_parts.c: apps/acquire/can_batch.c, and messages as the kernel would fill them in. Compiled by
+/* can_batch_parts.c: apps/acquire/source/can_batch.c, and messages as the kernel would fill them in. Compiled by
  * test_can_batch.py. */
-#include "../apps/acquire/can_batch.c"
+#include "../apps/acquire/source/can_batch.c"
 
 struct given {
   int64_t software_ns, hardware_ns, plain_ns; /* -1: no such control message */

@@ -29,7 +29,7 @@ class Item(ctypes.Structure):
 def parts(tmp_path_factory):
     library = tmp_path_factory.mktemp("parts") / "parts.so"
     source = REPOSITORY / "tests/can_batch_parts.c"
-    subprocess.run(["gcc", "-std=gnu11", "-shared", "-fPIC", f"-I{REPOSITORY}/apps/acquire", "-o", library, source], check=True)
+    subprocess.run(["gcc", "-std=gnu11", "-shared", "-fPIC", f"-I{REPOSITORY}/apps", "-o", library, source], check=True)
     return ctypes.CDLL(str(library))
 
 

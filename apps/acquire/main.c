@@ -5,11 +5,11 @@
 #include <string.h>
 #include <unistd.h>
 
+#include "acquire/host/qualify.h"
+#include "acquire/record/session.h"
 #include "common/cli.h"
 #include "common/error.h"
 #include "common/output.h"
-#include "qualify.h"
-#include "session.h"
 
 static struct session_settings asked = {
     .realtime = 1, .play_latest_s = 0.05, .source = {.receive_bytes = RECEIVE_BYTES}};
@@ -145,7 +145,9 @@ static int judge_machine(int sources, char **text) {
   if (!sources) qualify_wait(&q, asked.duration_s);
   if (sources && record(sources, text, &recording, &lost) != 0) status = app_exit(&lost);
   if (status == APP_BAD_INPUT) return status;
-  qualify_end(&q, sources ? &recording : NULL);
+  const struct session_result result = session_result(&recording);
+  const struct qualify_recording seen = {result.sources, result.lost, result.loop};
+  qualify_end(&q, sources ? &seen : NULL);
   qualify_print(&q);
   if (report && qualify_write(&q, report, &error) != 0) return app_exit(&error);
   return status;

@@ -1,0 +1,42 @@
+/* file_pair.h: the record's two files, REC.log and REC.jsonl, written so that a kill loses little.
+ *
+ * They appear under their own names at once: a recording must be there whatever happens to the program.
+ * Only whole lines are handed to the kernel; after a failed write the file is cut behind its last whole line.
+ */
+#ifndef FILE_PAIR_H
+#define FILE_PAIR_H
+
+#include "common/error.h"
+#include "text.h"
+
+enum file_name { FILE_LOG, FILE_JSON, FILES };
+
+struct file_pair {
+  struct {
+    char *path;
+    int fd;
+    struct text text;
+    int64_t written; /* bytes of whole lines */
+  } file[FILES];
+  int reserve;     /* holds some of the disk's room for the last lines */
+  int failure;     /* errno of the first write or sync that failed, 0; whoever sees it first sets it */
+  int failed_in;   /* enum file_name */
+  int sync_failed; /* the kernel has thrown away what it could not write, and says so only once */
+};
+
+/* `out` with or without ".log". Existing files are refused unless `overwrite`, what is no file always. */
+int file_pair_open(struct file_pair *pair, const char *out, int overwrite, struct app_error *error);
+void file_pair_close(struct file_pair *pair);
+
+/* The text of one file to the kernel; 0, or -1 and `failure` is set: then the text holds what is not in the
+ * file. After a failure of the log, the JSON lines can still be written. */
+int file_pair_flush(struct file_pair *pair, enum file_name which);
+/* Gives the reserved room back to the disk. */
+void file_pair_release(struct file_pair *pair);
+/* One file to the disk itself, which may take long; 0, or -1 and `failure` is set: what was written since the last time
+ * may be lost. */
+int file_pair_sync(struct file_pair *pair, enum file_name which);
+/* The failure so far, 0 none; by any thread. */
+int file_pair_failure(const struct file_pair *pair);
+
+#endif
