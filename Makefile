@@ -60,7 +60,7 @@ endif
 
 # The library stands alone: no stack protector, no checked memcpy.
 LIB_FLAGS := -std=c99 $(WARNINGS) $(EXACT) -fPIC -fno-stack-protector -U_FORTIFY_SOURCE \
-  -Iinclude $(SANITIZERS)
+  -Iinclude -I$(BUILD)/generated $(SANITIZERS)
 
 APP_PACKAGES := yaml-0.1 jansson zlib
 PKG_CONFIG ?= pkg-config
@@ -147,6 +147,17 @@ $(OBJ)/lib/%.o: lib/%.c
 	$(say) CC $<
 	@mkdir -p $(@D)
 	$(Q)$(CC) $(CPPFLAGS) $(LIB_FLAGS) $(CFLAGS) -MMD -MP -c -o $@ $<
+
+# The table of effects: a line for each file of lib/effects/, by the `.order` that it names, those without one last.
+EFFECT_TABLE := $(BUILD)/generated/effect_table.h
+$(EFFECT_TABLE): FORCE
+	@mkdir -p $(@D)
+	@for f in lib/effects/*.c; do \
+	  n=$$(sed -n 's/^ *\.order = \([0-9]*\),.*/\1/p' $$f); \
+	  echo "$${n:-999999} TL_EFFECT_KIND($$(basename $$f .c))"; done | LC_ALL=C sort -n | cut -d ' ' -f 2 >$@.new
+	@cmp -s $@.new $@ && rm $@.new || mv $@.new $@
+
+$(OBJ)/lib/effect.o $(BUILD)/lint/lib/effect.c.ok: $(EFFECT_TABLE)
 
 $(OBJ)/apps/%.o: apps/%.c | $(BUILD)/assets/assets.h
 	$(say) CC $<
@@ -442,7 +453,7 @@ clean:
 format:
 	$(Q)$(CLANG_FORMAT) -i $(HEADERS) $(LIB_SOURCES) $(filter-out apps/leg_bus/generated/%,$(wildcard apps/*/*.[ch] apps/*/*/*.[ch])) $(wildcard lib/*.h lib/*/*.h tests/*.[ch] tests/*/*.[ch])
 
-compile_commands.json: FORCE | $(BUILD)/assets/assets.h
+compile_commands.json: FORCE | $(BUILD)/assets/assets.h $(EFFECT_TABLE)
 	$(say) GEN $@
 	@{ sep='['; \
 	for f in $(LIB_SOURCES); do \

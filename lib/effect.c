@@ -7,29 +7,14 @@
 #include "effect_columns.h"
 #include "talus/transmission.h"
 
+/* The kinds by their order: effect_table.h is made from the folder lib/effects/ (Makefile), a line a file. */
+#define TL_EFFECT_KIND(name) extern const tl_effect_kind tl_effect_##name;
+#include "effect_table.h"
+#undef TL_EFFECT_KIND
+
 static const tl_effect_kind *const table[] = {
-    &tl_effect_stribeck,
-    &tl_effect_load_friction,
-    &tl_effect_asymmetric_friction,
-    &tl_effect_nonlinear_viscous,
-    &tl_effect_position_friction,
-    &tl_effect_friction_drift,
-    &tl_effect_directional_efficiency,
-    &tl_effect_kinematic_error,
-    &tl_effect_cogging,
-    &tl_effect_torque_saturation,
-    &tl_effect_current_offset,
-    &tl_effect_gravity_tilt,
-    &tl_effect_parallel_spring,
-    &tl_effect_torque_constant,
-    &tl_effect_sensor_offset,
-    &tl_effect_delay,
-    &tl_effect_encoder_eccentricity,
-    &tl_effect_linkage_error,
-    &tl_effect_presliding,
-    &tl_effect_elasticity,
-    &tl_effect_backlash,
-    &tl_effect_base_compliance,
+#define TL_EFFECT_KIND(name) &tl_effect_##name,
+#include "effect_table.h"
 };
 
 const tl_effect_kind *const *tl_effect_table(int *n) {
@@ -108,6 +93,26 @@ tl_status tl_effect_check(const tl_effect *e, const tl_model *m) {
   if (!e->kind->change || e->joint == TL_MAX_JOINTS) return TL_OK;
   change = tl_effects_change(e, 1, e->joint);
   return tl_effect_change_linkage(&change, &m->drive[e->joint].transmission, &changed);
+}
+
+int tl_effect_repeats(const tl_effect *effect, int k) {
+  int i;
+
+  for (i = 0; i < k && effect[k].kind->once; i++)
+    if (effect[i].kind == effect[k].kind && effect[i].joint == effect[k].joint) return 1;
+  return 0;
+}
+
+tl_status tl_effects_check(const tl_effect *effect, int n, const tl_model *m) {
+  int i;
+
+  if (n < 0 || (n > 0 && !effect)) return TL_ERR_ARGUMENT;
+  for (i = 0; i < n; i++) {
+    tl_status status = tl_effect_check(&effect[i], m);
+    if (status != TL_OK) return status;
+    if (tl_effect_repeats(effect, i)) return TL_ERR_UNSUPPORTED;
+  }
+  return TL_OK;
 }
 
 /* ratio of the joint's drive where its torque is the motor's; 1 where it is the joint's */

@@ -1,6 +1,7 @@
-/* effect_kinds.h: the kinds of effects, one file each in this folder; internal to lib/.
+/* effect_kinds.h: what the files of lib/effects/ share, one file a kind; internal to lib/.
  *
- * To add one: write its file, declare it here, and put it into the table of lib/effect.c.
+ * A kind's file is its only place in C: lib/effects/NAME.c defines `const tl_effect_kind tl_effect_NAME`, and the
+ * Makefile makes the table of lib/effect.c from the folder.
  */
 #ifndef TALUS_EFFECT_KINDS_H
 #define TALUS_EFFECT_KINDS_H
@@ -14,14 +15,6 @@
   TL_PARAMETER_OPTIONAL | TL_PARAMETER_FIT_ONLY | TL_PARAMETER_NEEDS_TEMPERATURE, 0.0
 
 #define TL_EFFECT_AT_JOINTS (TL_EFFECT_AT_KNEE | TL_EFFECT_AT_ANKLE | TL_EFFECT_AT_SINGLE)
-
-extern const tl_effect_kind tl_effect_stribeck, tl_effect_load_friction, tl_effect_asymmetric_friction,
-    tl_effect_nonlinear_viscous, tl_effect_position_friction, tl_effect_friction_drift,
-    tl_effect_directional_efficiency, tl_effect_kinematic_error, tl_effect_cogging,
-    tl_effect_torque_saturation, tl_effect_current_offset, tl_effect_gravity_tilt, tl_effect_parallel_spring,
-    tl_effect_torque_constant, tl_effect_sensor_offset, tl_effect_delay, tl_effect_encoder_eccentricity,
-    tl_effect_linkage_error, tl_effect_presliding, tl_effect_elasticity, tl_effect_backlash,
-    tl_effect_base_compliance;
 
 /* The part of a ripple, so many a turn of the motor, that the current shows: half of it at fades_Hz (0: all), less of
  * a faster one, which position control and smoothed accelerations no longer follow. */

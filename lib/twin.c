@@ -291,12 +291,11 @@ static int in_range(const tl_twin_settings *s) {
 
 /* can these effects act on this bench? */
 static tl_status check_effects(const tl_model *m, const tl_twin_settings *s) {
+  tl_status status = tl_effects_check(s->effect, s->effects, m);
   int i;
 
-  if (s->effects < 0 || (s->effects > 0 && !s->effect)) return TL_ERR_ARGUMENT;
+  if (status != TL_OK) return status;
   for (i = 0; i < s->effects; i++) {
-    tl_status status = tl_effect_check(&s->effect[i], m);
-    if (status != TL_OK) return status;
     if (s->effect[i].kind->needs_load_sensor || tl_effect_fit_only(&s->effect[i]) >= 0 ||
         m->form == TL_FORM_PAPER)
       return TL_ERR_UNSUPPORTED;

@@ -272,6 +272,44 @@ def test_bad_effects_in_a_model_file(tmp_path, effect, message):
     assert not (tmp_path / "p.csv").exists()
 
 
+ONCE = {
+    "presliding": ("knee", {"friction_Nm": 0.3, "travel_rad": 0.005}),
+    "elasticity": ("knee", {"share": 1.0, "stiffness_Nm_rad": 500.0, "damping_s": 0.001}),
+    "backlash": ("knee", {"share": 1.0, "gap_rad": 0.004, "stiffness_Nm_rad": 3000.0}),
+}
+
+
+@pytest.mark.parametrize("name", ONCE)
+def test_a_second_entry_that_has_no_sum_with_the_first_is_refused_by_name(tmp_path, name):
+    joint, parameters = ONCE[name]
+    one = (name, joint, parameters)
+    write_recording(tmp_path / "r.csv", leg_recording())
+    (tmp_path / "m.yaml").write_text(yaml.safe_dump(with_effects(leg_tree(), one, ("gravity_tilt", "base", {"tilt_rad": 0.1}), one)))
+    for program, *rest in (("talus-predict", tmp_path / "r.csv"), ("talus-sim",)):
+        done = run(program, "--model", tmp_path / "m.yaml", "--out", tmp_path / "o.csv", *rest, status=2)
+        assert len(done.stderr.splitlines()) == 1 and f"a second '{name}' at '{joint}'" in done.stderr
+        assert not (tmp_path / "o.csv").exists()
+
+
+def test_the_check_of_a_list_knows_what_stands_once_at_a_joint():
+    model, table = talus.Model.from_tree(leg_tree()), kinds()
+    at = lambda name, joint: lib.tl_effect_typical(table[name], joint)
+    status = lambda *list_: lib.tl_effects_check(ffi.new("tl_effect[]", list_), len(list_), model.struct)
+    for name in ONCE:
+        assert status(at(name, 0), at(name, 0)) == lib.TL_ERR_UNSUPPORTED
+        assert status(at(name, 0), at(name, 1)) == lib.TL_OK
+    assert status(at("elasticity", 0), at("elasticity", 1), at("backlash", 0)) == lib.TL_OK  # a series
+    assert status(at("cogging", 0), at("cogging", 0), at("delay", 1), at("delay", 1)) == lib.TL_OK
+    assert status(at("kinematic_error", 1)) == lib.TL_ERR_UNSUPPORTED
+    assert lib.tl_effects_check(ffi.NULL, 1, model.struct) == lib.TL_ERR_ARGUMENT
+
+
+def test_the_table_is_the_folder_by_the_order_that_each_file_names():
+    names, orders = [*kinds()], [kind.order for kind in kinds().values()]
+    assert set(names) == {path.stem for path in (REPOSITORY / "lib" / "effects").glob("*.c")}
+    assert orders == sorted(orders) and 0 < orders[0]
+
+
 def prediction(folder, recording, *effects, status=0):
     """What talus-predict says of the pendulum with these effects; with a status other than 0 the complaint."""
     write_recording(folder / "r.csv", recording)

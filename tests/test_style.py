@@ -33,6 +33,11 @@ def application_flags():
     return [flag for flag in make_variable("APP_FLAGS") if not flag.startswith("-W")]
 
 
+@pytest.fixture(scope="session")
+def library_folders():
+    return [flag for flag in make_variable("LIB_FLAGS") if flag.startswith("-I")]
+
+
 def compile_quietly(*command):
     done = subprocess.run(command, cwd=REPOSITORY, check=False, capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
@@ -53,8 +58,8 @@ def test_header_stands_alone(header):
 
 
 @pytest.mark.parametrize("source", LIBRARY)
-def test_library_compiles_without_warnings(source):
-    compile_quietly("gcc", *WARNINGS, "-O2", "-ffp-contract=off", "-Iinclude", "-c", "-o", "/dev/null", source)
+def test_library_compiles_without_warnings(library_folders, source):
+    compile_quietly("gcc", *WARNINGS, "-O2", "-ffp-contract=off", *library_folders, "-c", "-o", "/dev/null", source)
 
 
 @pytest.mark.parametrize("source", PROGRAMS)

@@ -78,6 +78,9 @@ static int read_effect(struct yaml_file *yaml, yaml_node_t *node, struct model_f
   if (tl_effect_check(e, &file->model) != TL_OK)
     return yaml_fail(yaml, node, error, "the linkage does not close, or there is none, with this '%s'",
                      e->kind->name);
+  if (tl_effect_repeats(file->effect, file->effects))
+    return yaml_fail(yaml, node, error, "a second '%s' at '%.40s': two of them have no sum, expected one",
+                     e->kind->name, w.joint);
   file->effects++;
   return 0;
 }

@@ -14,6 +14,7 @@ static void law(const tl_effect_instant *now, const double *shape, double *torqu
 
 const tl_effect_kind tl_effect_asymmetric_friction = {
     .name = "asymmetric_friction",
+    .order = 30,
     .meaning = "Coulomb or viscous friction that differs between the two directions",
     .places = TL_EFFECT_AT_JOINTS,
     .acts = TL_EFFECT_MECHANICAL,

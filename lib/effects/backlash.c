@@ -20,9 +20,11 @@ static void along(const tl_effect_stretch *s, int joint, const double *shape, in
 
 const tl_effect_kind tl_effect_backlash = {
     .name = "backlash",
+    .order = 210,
     .meaning = "lost motion between motor and joint when the torque reverses",
     .places = TL_EFFECT_AT_JOINTS,
     .acts = TL_EFFECT_CHANGE,
+    .once = 1,
     .strengths = 1,
     .shapes = 7,
     .parameter = {{"share", 0.0, 2.0, 1.0, 0, 0.0}, /* of the lost motion; 1 for what the gap says */

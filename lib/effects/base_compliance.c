@@ -102,6 +102,7 @@ static void along(const tl_effect_stretch *s, int joint, const double *shape, in
 
 const tl_effect_kind tl_effect_base_compliance = {
     .name = "base_compliance",
+    .order = 220,
     .meaning = "the mount turns, sways or rises on its own spring",
     .places = TL_EFFECT_AT_BASE,
     .acts = TL_EFFECT_CHANGE,

@@ -24,6 +24,7 @@ static void law(const tl_effect_instant *now, const double *shape, double *torqu
 
 const tl_effect_kind tl_effect_cogging = {
     .name = "cogging",
+    .order = 90,
     .meaning = "motor torque that is periodic in the motor's angle whatever the current",
     .places = TL_EFFECT_AT_JOINTS,
     .acts = TL_EFFECT_MECHANICAL,

@@ -9,6 +9,7 @@ static void law(const tl_effect_instant *now, const double *shape, double *torqu
 
 const tl_effect_kind tl_effect_current_offset = {
     .name = "current_offset",
+    .order = 110,
     .meaning = "a constant added to the measured current",
     .places = TL_EFFECT_AT_JOINTS,
     .acts = TL_EFFECT_MEASURED,

@@ -34,6 +34,7 @@ static void along(const tl_effect_stretch *s, int joint, const double *shape, in
 
 const tl_effect_kind tl_effect_delay = {
     .name = "delay",
+    .order = 160,
     .meaning = "currents and angles sampled at different instants",
     .places = TL_EFFECT_AT_JOINTS,
     .acts = TL_EFFECT_CHANGE,

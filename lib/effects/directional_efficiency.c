@@ -15,6 +15,7 @@ static void law(const tl_effect_instant *now, const double *shape, double *torqu
 
 const tl_effect_kind tl_effect_directional_efficiency = {
     .name = "directional_efficiency",
+    .order = 70,
     .meaning = "losses in proportion to power that differ between driving and back-driving",
     .places = TL_EFFECT_AT_JOINTS,
     .acts = TL_EFFECT_MECHANICAL,

@@ -36,9 +36,11 @@ static void along(const tl_effect_stretch *s, int joint, const double *shape, in
 
 const tl_effect_kind tl_effect_elasticity = {
     .name = "elasticity",
+    .order = 200,
     .meaning = "torsional compliance between motor and joint",
     .places = TL_EFFECT_AT_JOINTS,
     .acts = TL_EFFECT_CHANGE,
+    .once = 1,
     .strengths = 3,
     .shapes = 8,
     .parameter = {{"share", 0.0, 2.0, 1.0, 0, 0.0}, /* of the twist; 1 for what the stiffness says */

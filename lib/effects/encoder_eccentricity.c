@@ -32,6 +32,7 @@ static void along(const tl_effect_stretch *s, int joint, const double *shape, in
 
 const tl_effect_kind tl_effect_encoder_eccentricity = {
     .name = "encoder_eccentricity",
+    .order = 170,
     .meaning = "an encoder's error once a turn of the motor, or of the joint",
     .places = TL_EFFECT_AT_ANKLE,
     .acts = TL_EFFECT_CHANGE,

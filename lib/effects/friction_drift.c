@@ -17,6 +17,7 @@ static void law(const tl_effect_instant *now, const double *shape, double *torqu
 
 const tl_effect_kind tl_effect_friction_drift = {
     .name = "friction_drift",
+    .order = 60,
     .meaning = "friction that changes over the recording, as a gear warms up",
     .places = TL_EFFECT_AT_JOINTS,
     .acts = TL_EFFECT_MECHANICAL,

@@ -9,6 +9,7 @@ static void law(const tl_effect_instant *now, const double *shape, double *torqu
 
 const tl_effect_kind tl_effect_gravity_tilt = {
     .name = "gravity_tilt",
+    .order = 120,
     .meaning = "the bench, or the encoders' zero, is tilted against gravity",
     .places = TL_EFFECT_AT_BASE,
     .acts = TL_EFFECT_MECHANICAL,

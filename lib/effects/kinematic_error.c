@@ -47,6 +47,7 @@ static void along(const tl_effect_stretch *s, int joint, const double *shape, in
 
 const tl_effect_kind tl_effect_kinematic_error = {
     .name = "kinematic_error",
+    .order = 80,
     .meaning = "ripple of a harmonic drive's wave generator, in torque or in angle",
     .places = TL_EFFECT_AT_KNEE | TL_EFFECT_AT_SINGLE,
     .acts = TL_EFFECT_MECHANICAL,

@@ -73,6 +73,7 @@ static void along(const tl_effect_stretch *s, int joint, const double *shape, in
 
 const tl_effect_kind tl_effect_linkage_error = {
     .name = "linkage_error",
+    .order = 180,
     .meaning = "the linkage's true dimensions differ from the model's",
     .places = TL_EFFECT_AT_ANKLE,
     .acts = TL_EFFECT_CHANGE,

@@ -21,6 +21,7 @@ static void law(const tl_effect_instant *now, const double *shape, double *torqu
 
 const tl_effect_kind tl_effect_load_friction = {
     .name = "load_friction",
+    .order = 20,
     .meaning = "friction that grows with the torque the gear carries",
     .places = TL_EFFECT_AT_JOINTS,
     .acts = TL_EFFECT_MECHANICAL,

@@ -15,6 +15,7 @@ static void law(const tl_effect_instant *now, const double *shape, double *torqu
 
 const tl_effect_kind tl_effect_nonlinear_viscous = {
     .name = "nonlinear_viscous",
+    .order = 40,
     .meaning = "viscous friction that is not linear in speed",
     .places = TL_EFFECT_AT_JOINTS,
     .acts = TL_EFFECT_MECHANICAL,

@@ -16,6 +16,7 @@ static void law(const tl_effect_instant *now, const double *shape, double *torqu
 
 const tl_effect_kind tl_effect_parallel_spring = {
     .name = "parallel_spring",
+    .order = 130,
     .meaning = "elastic torque in parallel with the joint",
     .places = TL_EFFECT_AT_JOINTS,
     .acts = TL_EFFECT_MECHANICAL,

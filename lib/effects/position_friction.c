@@ -19,6 +19,7 @@ static void law(const tl_effect_instant *now, const double *shape, double *torqu
 
 const tl_effect_kind tl_effect_position_friction = {
     .name = "position_friction",
+    .order = 50,
     .meaning = "friction that depends on the joint's angle",
     .places = TL_EFFECT_AT_JOINTS,
     .acts = TL_EFFECT_MECHANICAL,

@@ -22,9 +22,11 @@ static void along(const tl_effect_stretch *s, int joint, const double *shape, in
 
 const tl_effect_kind tl_effect_presliding = {
     .name = "presliding",
+    .order = 190,
     .meaning = "friction that acts like a spring over a small travel after a reversal",
     .places = TL_EFFECT_AT_JOINTS,
     .acts = TL_EFFECT_CHANGE,
+    .once = 1,
     .strengths = 1,
     .shapes = 2,
     .parameter = {{"friction_Nm", 0.0, 200.0, 0.6, 0, 0.0},

@@ -10,6 +10,7 @@ static void law(const tl_effect_instant *now, const double *shape, double *torqu
 
 const tl_effect_kind tl_effect_sensor_offset = {
     .name = "sensor_offset",
+    .order = 150,
     .meaning = "the zero of the torque sensor at the output",
     .places = TL_EFFECT_AT_SINGLE,
     .acts = TL_EFFECT_MEASURED,

@@ -12,6 +12,7 @@ static void law(const tl_effect_instant *now, const double *shape, double *torqu
 
 const tl_effect_kind tl_effect_stribeck = {
     .name = "stribeck",
+    .order = 10,
     .meaning = "friction that is higher near standstill and falls with speed to Coulomb's",
     .places = TL_EFFECT_AT_JOINTS,
     .acts = TL_EFFECT_MECHANICAL,

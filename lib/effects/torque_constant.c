@@ -18,6 +18,7 @@ static void along(const tl_effect_stretch *s, int joint, const double *shape, in
 
 const tl_effect_kind tl_effect_torque_constant = {
     .name = "torque_constant",
+    .order = 140,
     .meaning = "the torque constant is wrong by a factor",
     .places = TL_EFFECT_AT_SINGLE,
     .acts = TL_EFFECT_CHANGE,

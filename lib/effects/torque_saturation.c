@@ -16,6 +16,7 @@ static void law(const tl_effect_instant *now, const double *shape, double *torqu
 
 const tl_effect_kind tl_effect_torque_saturation = {
     .name = "torque_saturation",
+    .order = 100,
     .meaning = "a torque constant that droops with the current",
     .places = TL_EFFECT_AT_JOINTS,
     .acts = TL_EFFECT_MEASURED,

@@ -110,10 +110,12 @@ typedef struct tl_effect_stretch {
 
 typedef struct tl_effect_kind {
   const char *name;    /* id of the catalogue */
+  int order;           /* place in the table and in reports, counted from 1; 0: after all others, by name */
   const char *meaning; /* one line */
   int places;          /* set of TL_EFFECT_AT_... */
   int acts;
-  int dry;               /* 1: adds friction that can hold a joint at rest */
+  int dry;  /* 1: adds friction that can hold a joint at rest */
+  int once; /* 1: a joint has one of it: two have no sum, as memory and bodies are the joint's own */
   int needs_load_sensor; /* 1: only where a sensor at the output was recorded */
   int strengths, shapes;
   tl_effect_parameter parameter[TL_EFFECT_MAX_PARAMETERS]; /* strengths first, then shapes */
@@ -154,6 +156,11 @@ int tl_effect_needs_temperature(const tl_effect *e);
 /* TL_ERR_RANGE when a parameter leaves its range; TL_ERR_UNSUPPORTED where the kind cannot stand;
  * TL_ERR_RANGE or TL_ERR_UNSUPPORTED for a linkage error that the linkage does not take. */
 TL_CHECK tl_status tl_effect_check(const tl_effect *e, const tl_model *m);
+
+/* Does entry k repeat an earlier one at its joint though its kind stands there once? */
+int tl_effect_repeats(const tl_effect *effect, int k);
+/* n effects together: tl_effect_check of each; TL_ERR_UNSUPPORTED where tl_effect_repeats. */
+TL_CHECK tl_status tl_effects_check(const tl_effect *effect, int n, const tl_model *m);
 
 /* The part of an instant that needs no load: angle, speed, slip, motor side, time. The rest is 0. */
 void tl_effect_place_of(const tl_model *m, const tl_motion *motion, int joint, double t_s,
