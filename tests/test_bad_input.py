@@ -115,9 +115,23 @@ def column(number, name):
     return field(1, number, name)
 
 
+def every_line(separator):
+    """Another separator in the whole file."""
+
+    def change(lines):
+        lines[:] = [line.replace(",", separator) for line in lines]
+
+    return change
+
+
 RECORDINGS = {
-    "column missing": (column(1, "slider_mm"), r"rec\.csv:1: missing column: slider_m \(a slider's recording needs it\)"),
+    "column missing": (column(1, "slider_mm"), r"rec\.csv:1: missing column: slider_m \(a slider's recording needs it\); found time_s, slider_mm, slider_force_N"),
     "time missing": (column(0, "t"), r"rec\.csv:1: missing column: time_s .*"),
+    "semicolons": (every_line(";"), r"rec\.csv:1: missing column: time_s, slider_m, slider_force_N \(.*\); found time_s, slider_m, slider_force_N separated by ';', expected ','"),
+    "tabs": (every_line("\t"), r"rec\.csv:1: .*; found time_s, slider_m, slider_force_N separated by tabs, expected ','"),
+    "bars": (every_line(" | "), r"rec\.csv:1: .*; found time_s, slider_m, slider_force_N separated by '\|', expected ','"),
+    "blanks": (every_line("  "), r"rec\.csv:1: .*; found time_s, slider_m, slider_force_N separated by blanks, expected ','"),
+    "no name known": (row(1, "a;b"), r"rec\.csv:1: missing column: .*; found a;b"),
     "column twice": (column(2, "slider_m"), r"rec\.csv:1: column slider_m stands twice in the header"),
     "not a number": (field(57, 1, "0.1.2"), r"rec\.csv:57: slider_m: '0\.1\.2' is not a number"),
     "decimal comma": (field(57, 1, "0;12"), r"rec\.csv:57: slider_m: '0;12' is not a number"),
@@ -187,9 +201,9 @@ def test_no_valid_rows(name, inputs):
 
 @pytest.mark.parametrize("name", BOTH)
 def test_recording_of_another_plant(name, inputs):
-    refused(name, inputs, ["--model", "leg.yaml", "slider.csv"], r"slider\.csv:1: missing column: knee_motor_rad, .* \(a leg's recording needs it\)")
+    refused(name, inputs, ["--model", "leg.yaml", "slider.csv"], r"slider\.csv:1: missing column: knee_motor_rad, .* \(a leg's recording needs it\); found time_s, slider_m, .*")
     refused(name, inputs, ["--model", "pendulum.yaml", "leg.csv"],
-            r"leg\.csv:1: missing column: joint_rad or joint_velocity_rad_s, joint_current_A or joint_torque_Nm \(a pendulum's .*")  # fmt: skip
+            r"leg\.csv:1: missing column: joint_rad or joint_velocity_rad_s, joint_current_A or joint_torque_Nm \(a pendulum's .*; found time_s, knee_motor_rad, .*")  # fmt: skip
 
 
 def test_recordings_of_two_plants(inputs):

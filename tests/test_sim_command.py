@@ -220,7 +220,7 @@ def test_papers_excitation_made_to_fit(tmp_path):
     (["--limits", "hip.speed=3"], "--limits: expected for instance"),
     (["--limits", "knee.speed=0"], "--limits: expected for instance"),
     (["--limits", "knee.position=1:-1"], "--limits: expected for instance"),
-    (["--limits", "slider.speed=3"], "--limits: a leg has no slider"),
+    (["--limits", "slider.speed=3"], "--limits: expected for instance knee.position=-0.9:0.1 or ankle.speed=4, found 'slider.speed=3'"),
     (["--limits", "knee.position=0.4:0.5", "--fit"], "lies outside the position limits"),
     (["--limits", "knee.torque=0.001", "--fit"], "gravity and friction alone break the torque limit"),
     (["--rate", "2000"], "--rate: 2000 Hz is above the control's 1000 Hz"),

@@ -47,6 +47,16 @@ def test_the_bench_follows_the_spline_through_the_rows(tmp_path):
     assert excitation["kind"] == "reference" and abs(excitation["length_s"] - t[-1]) < 1e-9
 
 
+def test_speeds_and_torques_are_for_a_drive(tmp_path):
+    t, knee, ankle = smooth_path(2.0)
+    plain = {"time_s": t, "knee_rad": knee, "ankle_rad": ankle}
+    simulate(tmp_path, write(tmp_path / "t.csv", plain))
+    first = (tmp_path / "r.csv").read_bytes()
+    done = simulate(tmp_path, write(tmp_path / "t.csv", plain | {"knee_torque_Nm": t, "ankle_velocity_rad_s": t}))
+    assert "speeds and torques are not used" in done.stderr
+    assert first == (tmp_path / "r.csv").read_bytes()
+
+
 def test_the_same_options_give_the_same_bytes(tmp_path):
     t, knee, ankle = smooth_path(2.0)
     reference = write(tmp_path / "t.csv", {"time_s": t, "knee_rad": knee, "ankle_rad": ankle})
@@ -82,9 +92,13 @@ RISING = "".join(f"{0.01 * k},0,0\n" for k in range(12))
 
 
 @pytest.mark.parametrize(("text", "words"), [
-    ("", "0 rows"), (HEADER + "0,0,0\n", "1 rows"), ("time_s,knee_rad\n0,0\n", "missing column: ankle_rad"),
-    (HEADER + "0,0,nan\n", "ankle_rad: 'nan' is not finite"), (HEADER + "0,x,0\n", "knee_rad: 'x' is not a number"),
-    (HEADER + "0,,0\n", "knee_rad: '' is not a number"), (HEADER + "0,0\n", "2 fields, the header has 3"),
+    ("", "the file is empty"), (HEADER + "0,0,0\n", "1 rows, expected at least 2"),
+    ("time_s,knee_rad\n0,0\n", "missing column: ankle_rad; found time_s, knee_rad"),
+    (HEADER.replace(",", ";") + "0;0;0\n", "found time_s, knee_rad, ankle_rad separated by ';', expected ','"),
+    (HEADER + "0,0,nan\n", ":2: ankle_rad: 'nan' is not a finite number"), (HEADER + "0,x,0\n", ":2: knee_rad: 'x' is not a number"),
+    (HEADER + "0,,0\n", "knee_rad: the field is empty"), (HEADER + "0,0\n", ":2: 2 fields, expected 3 as in the header"),
+    (HEADER + "0,0,0\n0.01,0", ":3: truncated: the file ends within this line (2 of 3 fields)"),
+    (HEADER + "0,0,0\n\n0.01,0,0\n", ":3: a blank line amid the samples"),
     (HEADER + RISING + "0.01,0,0\n", ":14: time_s does not rise"), ("time_s,time_s,knee_rad,ankle_rad\n", "twice"),
 ])  # fmt: skip
 def test_bad_files_are_refused_with_their_line(tmp_path, text, words):

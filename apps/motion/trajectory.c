@@ -6,183 +6,99 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "common/decimal.h"
-#include "common/text_file.h"
+#include "common/csv.h"
 
-#define COLUMNS (TL_MAX_JOINTS + 1) /* time, then the joints */
-#define MAX_FIELDS 256
-#define NAME_SIZE 32
+#define NAME_SIZE 40
 #define FIRST_ROWS 4096
 
-/* The file on its way in. */
+/* The file on its way in. Columns are the time, then every joint's position, speed and torque. */
 struct reader {
   struct trajectory *out;
-  size_t room, line, fields;
-  int column[MAX_FIELDS]; /* of each field, -1: not known */
-  char name[COLUMNS][NAME_SIZE];
-  int columns;
+  const struct trajectory_steps *steps;
+  size_t room;
+  char text[TRAJECTORY_COLUMNS][NAME_SIZE];
+  const char *name[TRAJECTORY_COLUMNS];
 };
 
-/* ---- the header -------------------------------------------------------------------- */
+/* ---- the columns ------------------------------------------------------------------- */
 
 static void choose_names(struct reader *r, const tl_model *m) {
-  const char *unit = m->plant == TL_PLANT_SLIDER ? "m" : "rad";
+  const int metres = m->plant == TL_PLANT_SLIDER, joints = tl_joint_count(m);
+  const char *const quantity[] = {metres ? "m" : "rad", metres ? "velocity_m_s" : "velocity_rad_s",
+                                  metres ? "force_N" : "torque_Nm"};
 
-  r->columns = 1 + tl_joint_count(m);
-  snprintf(r->name[0], NAME_SIZE, "time_s");
-  for (int c = 1; c < r->columns; c++)
-    snprintf(r->name[c], NAME_SIZE, "%s_%s", tl_joint_name(m, c - 1), unit);
+  snprintf(r->text[0], NAME_SIZE, "time_s");
+  for (int q = 0; q < TRAJECTORY_QUANTITIES; q++)
+    for (int j = 0; j < joints; j++)
+      snprintf(r->text[1 + q * joints + j], NAME_SIZE, "%s_%s", tl_joint_name(m, j), quantity[q]);
+  for (int c = 0; c < 1 + TRAJECTORY_QUANTITIES * joints; c++) r->name[c] = r->text[c];
 }
 
-static const char *field_end(const char *c, const char *end) {
-  const char *comma = memchr(c, ',', (size_t)(end - c));
+static int take_header(const struct csv_lines *lines, void *context, struct app_error *error) {
+  const struct reader *r = context;
+  const struct csv_header *h = lines->header;
+  struct csv_list missing = {"", 0};
 
-  return comma ? comma : end;
-}
-
-static int is_blank(char c) {
-  return c == ' ' || c == '\t' || c == '\r';
-}
-
-static int find_column(const struct reader *r, const char *begin, const char *end) {
-  while (begin < end && is_blank(*begin)) begin++;
-  while (end > begin && is_blank(end[-1])) end--;
-  for (int c = 0; c < r->columns; c++)
-    if (strlen(r->name[c]) == (size_t)(end - begin) && memcmp(r->name[c], begin, (size_t)(end - begin)) == 0)
-      return c;
-  return -1;
-}
-
-static int take_header(struct reader *r, const char *c, const char *end, struct app_error *error) {
-  int found[COLUMNS] = {0};
-
-  for (;; c++) {
-    const char *stop = field_end(c, end);
-    int column = find_column(r, c, stop);
-    if (r->fields == MAX_FIELDS)
-      return app_fail(error, APP_BAD_INPUT, "%s:%zu: more than %d columns", r->out->path, r->line,
-                      MAX_FIELDS);
-    r->column[r->fields++] = column;
-    if (column >= 0 && found[column]++)
-      return app_fail(error, APP_BAD_INPUT, "%s:%zu: column %s stands twice in the header", r->out->path,
-                      r->line, r->name[column]);
-    c = stop;
-    if (c == end) break;
-  }
-  for (int k = 0; k < r->columns; k++)
-    if (!found[k])
-      return app_fail(error, APP_BAD_INPUT, "%s:%zu: missing column: %s", r->out->path, r->line, r->name[k]);
-  if (r->fields > (size_t)r->columns)
-    app_note("%s: columns other than time and joint angles are not read", r->out->path);
-  return 0;
+  for (int c = 0; c <= r->out->joints; c++)
+    if (h->place_of[c] < 0) csv_list_add(&missing, ", ", r->name[c]);
+  return missing.used ? csv_missing(h, lines->line, missing.text, NULL, error) : 0;
 }
 
 /* ---- the rows ---------------------------------------------------------------------- */
 
-static int grow_column(double **column, size_t room) {
-  double *more = realloc(*column, room * sizeof *more);
-
-  if (more) *column = more;
-  return more ? 0 : -1;
-}
-
-static int grow(struct reader *r, struct app_error *error) {
+static int grow(struct reader *r, const struct csv_header *h, struct app_error *error) {
   const size_t room = r->room ? 2 * r->room : FIRST_ROWS;
-  int failed = grow_column(&r->out->t_s, room);
 
-  for (int j = 0; j < r->out->joints; j++) failed |= grow_column(&r->out->q[j], room);
-  if (failed) return app_fail(error, APP_FAILED, "out of memory");
+  for (size_t k = 0; k < h->width; k++) {
+    double **column = &r->out->column[h->column[k]], *more = realloc(*column, room * sizeof *more);
+    if (!more) return app_fail(error, APP_FAILED, "out of memory");
+    *column = more;
+  }
   r->room = room;
   return 0;
 }
 
-static int take_field(const struct reader *r, size_t field, const char *c, const char *end, double *value,
+/* the step from the row before */
+static int check_step(const struct reader *r, double from_s, double to_s, const struct csv_lines *lines,
                       struct app_error *error) {
-  const char *rest, *name = r->name[r->column[field]];
-  char shown[60];
+  const char *path = lines->header->path;
 
-  while (c < end && is_blank(*c)) c++;
-  while (end > c && is_blank(end[-1])) end--;
-  app_printable(shown, sizeof shown, c, (size_t)(end - c));
-  const enum decimal_status status = c < end ? decimal_parse(c, value, &rest) : DECIMAL_NOT_A_NUMBER;
-  if (status == DECIMAL_OK && rest == end) return 0;
-  return app_fail(error, APP_BAD_INPUT, "%s:%zu: %s: '%s' is %s", r->out->path, r->line, name, shown,
-                  status == DECIMAL_NOT_FINITE ? "not finite" : "not a number");
+  if (!(to_s > from_s))
+    return app_fail(error, APP_BAD_INPUT, "%s:%zu: time_s does not rise from %.15g to %.15g", path,
+                    lines->line, from_s, to_s);
+  if (!r->steps || (to_s - from_s >= r->steps->shortest_s && to_s - from_s <= r->steps->longest_s)) return 0;
+  return app_fail(error, APP_BAD_INPUT, "%s:%zu: time_s is %.6g s after the row before, expected %g to %g s",
+                  path, lines->line, to_s - from_s, r->steps->shortest_s, r->steps->longest_s);
 }
 
-static int keep_row(struct reader *r, const double value[COLUMNS], struct app_error *error) {
+static int take_row(const struct csv_lines *lines, const double *row, void *context,
+                    struct app_error *error) {
+  struct reader *r = context;
   struct trajectory *t = r->out;
+  const struct csv_header *h = lines->header;
+  const double t_s = row[h->place_of[0]];
 
-  if (t->rows > 0 && !(value[0] > t->t_s[t->rows - 1]))
-    return app_fail(error, APP_BAD_INPUT, "%s:%zu: time_s does not rise from %.15g to %.15g", t->path,
-                    r->line, t->t_s[t->rows - 1], value[0]);
-  if (t->rows == r->room && grow(r, error) != 0) return -1;
-  t->t_s[t->rows] = value[0];
-  for (int j = 0; j < t->joints; j++) t->q[j][t->rows] = value[j + 1];
+  if (t->rows > 0 && check_step(r, t->column[0][t->rows - 1], t_s, lines, error) != 0) return -1;
+  if (t->rows == r->room && grow(r, h, error) != 0) return -1;
+  for (size_t k = 0; k < h->width; k++) t->column[h->column[k]][t->rows] = row[k];
   t->rows++;
   return 0;
 }
 
-static int take_row(struct reader *r, const char *c, const char *end, struct app_error *error) {
-  double value[COLUMNS];
-  size_t field = 0;
-
-  for (;; c++) {
-    const char *stop = field_end(c, end);
-    if (field < r->fields && r->column[field] >= 0 &&
-        take_field(r, field, c, stop, &value[r->column[field]], error) != 0)
-      return -1;
-    field++;
-    c = stop;
-    if (c == end) break;
-  }
-  if (field != r->fields)
-    return app_fail(error, APP_BAD_INPUT, "%s:%zu: %zu fields, the header has %zu", r->out->path, r->line,
-                    field, r->fields);
-  return keep_row(r, value, error);
-}
-
-static int take_line(struct reader *r, const char *c, const char *end, struct app_error *error) {
-  const char *first = c;
-
-  while (first < end && is_blank(*first)) first++;
-  if (*c == '#' || first == end) return 0;
-  return r->fields ? take_row(r, c, end, error) : take_header(r, c, end, error);
-}
-
-static int take_lines(struct reader *r, struct text_file *file, struct text_block *block,
-                      struct app_error *error) {
-  int more;
-
-  while ((more = text_file_read(file, block, error)) > 0) {
-    const char *c = block->text, *end = c + block->length;
-    if (block->endless)
-      return app_fail(error, APP_BAD_INPUT, "%s:%zu: not a line of text", r->out->path, r->line + 1);
-    while (c < end) {
-      const char *newline = memchr(c, '\n', (size_t)(end - c));
-      r->line++;
-      if (take_line(r, c, newline, error) != 0) return -1;
-      c = newline + 1;
-    }
-  }
-  return more;
-}
-
 static int read_file(struct reader *r, struct app_error *error) {
-  struct text_file *file = text_file_open(r->out->path, error);
-  struct text_block *block = file ? malloc(sizeof *block) : NULL;
-  int result = -1;
+  static const struct csv_visitor visitor = {take_header, take_row};
+  struct trajectory *t = r->out;
+  struct csv_header header = {
+      .path = t->path, .name = r->name, .names = (size_t)(1 + TRAJECTORY_QUANTITIES * t->joints)};
 
-  if (block)
-    result = take_lines(r, file, block, error);
-  else if (file)
-    app_fail(error, APP_FAILED, "out of memory");
-  free(block);
-  text_file_close(file);
-  if (result == 0 && r->out->rows < TRAJECTORY_MIN_ROWS)
-    return app_fail(error, APP_BAD_INPUT, "%s: %zu rows, expected at least %d", r->out->path, r->out->rows,
+  if (csv_read(&header, &visitor, r, error) != 0) return -1;
+  if (t->rows < TRAJECTORY_MIN_ROWS)
+    return app_fail(error, APP_BAD_INPUT, "%s: %zu rows, expected at least %d", t->path, t->rows,
                     TRAJECTORY_MIN_ROWS);
-  return result;
+  if (header.unknown.used) app_note("%s: columns not known and not read: %s", t->path, header.unknown.text);
+  t->t_s = t->column[0];
+  for (int j = 0; j < t->joints; j++) t->q[j] = t->column[1 + j];
+  return 0;
 }
 
 /* ---- the spline -------------------------------------------------------------------- */
@@ -208,10 +124,10 @@ static void bend_spline(const struct trajectory *t, const double *q, double *ben
 
 static int make_spline(struct trajectory *t, struct app_error *error) {
   double *upper = malloc(t->rows * sizeof *upper);
-  const double first_s = t->t_s[0];
 
   if (!upper) return app_fail(error, APP_FAILED, "out of memory");
-  for (size_t i = 0; i < t->rows; i++) t->t_s[i] -= first_s;
+  t->begin_s = t->t_s[0];
+  for (size_t i = 0; i < t->rows; i++) t->t_s[i] -= t->begin_s;
   for (int j = 0; j < t->joints; j++) {
     t->bend[j] = malloc(t->rows * sizeof *t->bend[j]);
     if (!t->bend[j]) break;
@@ -221,9 +137,9 @@ static int make_spline(struct trajectory *t, struct app_error *error) {
   return t->bend[t->joints - 1] ? 0 : app_fail(error, APP_FAILED, "out of memory");
 }
 
-int trajectory_read(const char *path, const tl_model *model, struct trajectory *out,
-                    struct app_error *error) {
-  struct reader r = {.out = out};
+int trajectory_read(const char *path, const tl_model *model, const struct trajectory_steps *steps,
+                    struct trajectory *out, struct app_error *error) {
+  struct reader r = {.out = out, .steps = steps};
 
   memset(out, 0, sizeof *out);
   out->path = path;
@@ -235,11 +151,8 @@ int trajectory_read(const char *path, const tl_model *model, struct trajectory *
 }
 
 void trajectory_free(struct trajectory *t) {
-  free(t->t_s);
-  for (int j = 0; j < TL_MAX_JOINTS; j++) {
-    free(t->q[j]);
-    free(t->bend[j]);
-  }
+  for (int c = 0; c < TRAJECTORY_COLUMNS; c++) free(t->column[c]);
+  for (int j = 0; j < TL_MAX_JOINTS; j++) free(t->bend[j]);
   memset(t, 0, sizeof *t);
 }
 
@@ -278,4 +191,31 @@ void trajectory_at(const struct trajectory *t, double t_s, tl_motion *motion) {
     motion->v[j] = (bend[1] * x * x - bend[0] * y * y) / (2.0 * step) + to - from;
     motion->a[j] = (bend[0] * y + bend[1] * x) / step;
   }
+}
+
+/* ---- at its rows ------------------------------------------------------------------- */
+
+static const double *column_of(const struct trajectory *t, int quantity, int joint) {
+  return t->column[1 + quantity * t->joints + joint];
+}
+
+double trajectory_speed(const struct trajectory *t, size_t row, int joint) {
+  const double *given = column_of(t, 1, joint);
+  tl_motion motion;
+
+  if (given) return given[row];
+  trajectory_at(t, t->t_s[row], &motion);
+  return motion.v[joint];
+}
+
+double trajectory_torque(const struct trajectory *t, size_t row, int joint) {
+  const double *given = column_of(t, 2, joint);
+
+  return given ? given[row] : 0.0;
+}
+
+int trajectory_orders_drives(const struct trajectory *t) {
+  for (int j = 0; j < t->joints; j++)
+    if (column_of(t, 1, j) || column_of(t, 2, j)) return 1;
+  return 0;
 }

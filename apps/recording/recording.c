@@ -11,9 +11,8 @@ struct recording *recording_open(const char *path, tl_plant plant, struct app_er
     app_fail(error, APP_FAILED, "out of memory");
     return NULL;
   }
-  recording->layout.path = path;
-  recording->layout.plant = plant;
-  if (recording_parse(recording, error) == 0) return recording;
+  if (layout_init(&recording->layout, path, plant, error) == 0 && recording_parse(recording, error) == 0)
+    return recording;
   recording_close(recording);
   return NULL;
 }
@@ -25,7 +24,7 @@ void recording_close(struct recording *recording) {
 }
 
 const char *recording_path(const struct recording *recording) {
-  return recording->layout.path;
+  return recording->layout.header.path;
 }
 
 size_t recording_rows(const struct recording *recording) {
@@ -33,7 +32,7 @@ size_t recording_rows(const struct recording *recording) {
 }
 
 int recording_has(const struct recording *recording, tl_channel channel) {
-  return recording->layout.slot_of[channel] >= 0;
+  return recording->layout.header.place_of[channel] >= 0;
 }
 
 double recording_first_s(const struct recording *recording) {
@@ -49,27 +48,29 @@ double recording_step_s(const struct recording *recording) {
 }
 
 /* rows that lie together in memory, to the columns from index `at` on */
-static void scatter(const struct layout *layout, const double *row, size_t rows, size_t at,
+static void scatter(const struct csv_header *header, const double *row, size_t rows, size_t at,
                     double *const column[TL_CHANNEL_COUNT], uint8_t *valid) {
-  for (size_t slot = 0; slot < layout->width; slot++) {
-    double *out = column[layout->channel[slot]];
+  for (size_t place = 0; place < header->width; place++) {
+    double *out = column[header->column[place]];
     if (!out) continue;
-    for (size_t i = 0; i < rows; i++) out[at + i] = row[i * layout->width + slot];
+    for (size_t i = 0; i < rows; i++) out[at + i] = row[i * header->width + place];
   }
   if (!valid) return;
-  const int slot = layout->slot_of[TL_CHANNEL_VALID];
-  for (size_t i = 0; i < rows; i++) valid[at + i] = slot < 0 || row[i * layout->width + (size_t)slot] != 0.0;
+  const int place = header->place_of[TL_CHANNEL_VALID];
+  for (size_t i = 0; i < rows; i++)
+    valid[at + i] = place < 0 || row[i * header->width + (size_t)place] != 0.0;
 }
 
 int recording_read(struct recording *recording, size_t from, size_t n, double *const column[TL_CHANNEL_COUNT],
                    uint8_t *valid, struct app_error *error) {
   if (from > recording->rows || n > recording->rows - from)
-    return app_fail(error, APP_FAILED, "%s: rows beyond the end were asked for", recording->layout.path);
+    return app_fail(error, APP_FAILED, "%s: rows beyond the end were asked for",
+                    recording->layout.header.path);
   for (size_t done = 0; done < n;) {
     const double *row;
     size_t rows;
     if (spool_read(recording->spool, from + done, n - done, &row, &rows, error) != 0) return -1;
-    scatter(&recording->layout, row, rows, done, column, valid);
+    scatter(&recording->layout.header, row, rows, done, column, valid);
     done += rows;
   }
   return 0;

@@ -37,9 +37,7 @@ struct parser {
   int failed;
   struct app_error error; /* when failed */
   struct step_median *median;
-  size_t line;       /* number of the line to come */
-  size_t blank_line; /* of the first blank line after the last sample, or 0 */
-  int in_samples;    /* the header has been read */
+  struct csv_lines lines;
   int unterminated;
 };
 
@@ -55,10 +53,11 @@ struct worker {
 /* ---- one line, in its turn ----------------------------------------------- */
 
 static int check_valid(const struct parser *p, const double *row, struct app_error *error) {
-  const int slot = p->recording->layout.slot_of[TL_CHANNEL_VALID];
-  if (slot < 0 || row[slot] == 0.0 || row[slot] == 1.0) return 0;
-  return app_fail(error, APP_BAD_INPUT, "%s:%zu: valid: %g, expected 0 or 1", p->recording->layout.path,
-                  p->line, row[slot]);
+  const struct csv_header *header = p->lines.header;
+  const int place = header->place_of[TL_CHANNEL_VALID];
+  if (place < 0 || row[place] == 0.0 || row[place] == 1.0) return 0;
+  return app_fail(error, APP_BAD_INPUT, "%s:%zu: valid: %g, expected 0 or 1", header->path, p->lines.line,
+                  row[place]);
 }
 
 static int check_time(const struct parser *p, double t_s, struct app_error *error) {
@@ -66,15 +65,15 @@ static int check_time(const struct parser *p, double t_s, struct app_error *erro
   if (r->rows == 0 || t_s > r->last_s) return 0;
   if (t_s == r->last_s)
     return app_fail(error, APP_BAD_INPUT, "%s:%zu: time_s stands still at %.15g, it must rise",
-                    r->layout.path, p->line, t_s);
+                    p->lines.header->path, p->lines.line, t_s);
   return app_fail(error, APP_BAD_INPUT, "%s:%zu: time_s runs back from %.15g to %.15g, it must rise",
-                  r->layout.path, p->line, r->last_s, t_s);
+                  p->lines.header->path, p->lines.line, r->last_s, t_s);
 }
 
 /* a row becomes the next sample */
 static int add_sample(struct parser *p, const double *row, struct app_error *error) {
   struct recording *r = p->recording;
-  const double t_s = row[r->layout.slot_of[TL_CHANNEL_TIME]];
+  const double t_s = row[p->lines.header->place_of[TL_CHANNEL_TIME]];
   if (check_time(p, t_s, error) != 0 || check_valid(p, row, error) != 0) return -1;
   if (r->rows == 0)
     r->first_s = t_s;
@@ -85,48 +84,35 @@ static int add_sample(struct parser *p, const double *row, struct app_error *err
   return 0;
 }
 
-static int read_header(struct parser *p, const char *line, const char *end, struct app_error *error) {
+/* the header has been read */
+static int begin_rows(struct parser *p, struct app_error *error) {
   struct recording *r = p->recording;
-  p->in_samples = 1;
-  if (layout_read(&r->layout, r->layout.path, r->layout.plant, line, end, p->line, error) != 0) return -1;
-  r->spool = spool_open(r->layout.width, error);
+  if (layout_check(&r->layout, p->lines.line, error) != 0) return -1;
+  r->spool = spool_open(p->lines.header->width, error);
   return r->spool ? 0 : -1;
-}
-
-static int is_blank_line(const char *c, const char *end) {
-  while (c < end && (*c == ' ' || *c == '\t')) c++;
-  return c == end;
 }
 
 /* any line [line, newline); `cut`: the file ends here and should not */
 static int read_line(struct worker *w, const char *line, const char *newline, int cut,
                      struct app_error *error) {
   struct parser *p = w->parser;
-  const struct layout *layout = &p->recording->layout;
-  const char *end = newline > line && newline[-1] == '\r' ? newline - 1 : newline;
-  if (*line == '#') return 0;
-  if (is_blank_line(line, end)) {
-    if (p->in_samples && !p->blank_line) p->blank_line = p->line;
-    return 0;
+  double *row = w->row + w->rows * p->lines.header->width;
+  switch (csv_take(&p->lines, line, newline, cut, row, error)) {
+  case CSV_NOTHING: return 0;
+  case CSV_HEADER: return begin_rows(p, error);
+  case CSV_ROW: w->rows++; return add_sample(p, row, error);
+  default: return -1;
   }
-  if (!p->in_samples) return read_header(p, line, end, error);
-  if (p->blank_line)
-    return app_fail(error, APP_BAD_INPUT, "%s:%zu: a blank line amid the samples", layout->path,
-                    p->blank_line);
-  double *row = w->row + w->rows * layout->width;
-  if (layout_row_strict(layout, line, end, p->line, cut, row, error) != 0) return -1;
-  w->rows++;
-  return add_sample(p, row, error);
 }
 
 /* ---- one block ----------------------------------------------------------- */
 
 /* plain rows from the block's beginning, without regard to what came before it; where they end */
 static const char *read_plain_rows(struct worker *w) {
-  const struct layout *layout = &w->parser->recording->layout;
+  const struct csv_header *header = &w->parser->recording->layout.header;
   const char *c = w->block.text, *end = c + w->block.length, *next;
   w->rows = 0;
-  while (c < end && (next = layout_row(layout, c, w->row + w->rows * layout->width))) {
+  while (c < end && (next = csv_plain_row(header, c, w->row + w->rows * header->width))) {
     w->rows++;
     c = next;
   }
@@ -137,15 +123,11 @@ static const char *read_plain_rows(struct worker *w) {
 static int add_block(struct worker *w, const char *c, struct app_error *error) {
   struct parser *p = w->parser;
   const char *end = w->block.text + w->block.length;
-  if (w->rows > 0 && p->blank_line)
-    return app_fail(error, APP_BAD_INPUT, "%s:%zu: a blank line amid the samples", p->recording->layout.path,
-                    p->blank_line);
-  if (w->block.endless)
-    return app_fail(error, APP_BAD_INPUT, "%s:%zu: longer than %d bytes, not a line of text",
-                    p->recording->layout.path, p->line, TEXT_BLOCK);
-  for (size_t i = 0; i < w->rows; i++, p->line++)
-    if (add_sample(p, w->row + i * p->recording->layout.width, error) != 0) return -1;
-  for (; c < end; p->line++) {
+  if (w->rows > 0 && p->lines.blank_line) return csv_blank(&p->lines, error);
+  if (w->block.endless) return csv_endless(&p->lines, error);
+  for (size_t i = 0; i < w->rows; i++, p->lines.line++)
+    if (add_sample(p, w->row + i * p->lines.header->width, error) != 0) return -1;
+  for (; c < end; p->lines.line++) {
     const char *newline = memchr(c, '\n', (size_t)(end - c));
     if (read_line(w, c, newline, newline + 1 == end && w->block.unterminated, error) != 0) return -1;
     c = newline + 1;
@@ -239,40 +221,33 @@ static void work_together(struct parser *p, struct worker *self) {
 
 /* ---- the whole file ------------------------------------------------------- */
 
-/* a byte order mark is no part of the first line */
-static const char *skip_mark(const struct parser *p, const struct text_block *block) {
-  const int marked = p->line == 1 && block->length >= 3 && memcmp(block->text, "\xef\xbb\xbf", 3) == 0;
-  return block->text + (marked ? 3 : 0);
-}
-
 /* blocks up to the one with the header, alone: 1 when there may be more, 0, or -1 on failure */
 static int begin_file(struct parser *p, struct worker *w, struct app_error *error) {
   size_t number;
   int taken;
   while ((taken = take_block(w, &number, error)) > 0) {
+    const char *text = w->block.text;
     w->rows = 0;
-    if (add_block(w, skip_mark(p, &w->block), error) != 0) return -1;
+    if (add_block(w, number == 0 ? csv_skip_mark(text, w->block.length) : text, error) != 0) return -1;
     p->turn++;
-    if (p->in_samples) return spool_write(p->recording->spool, 0, w->row, w->rows, error) == 0 ? 1 : -1;
+    if (p->lines.header->fields)
+      return spool_write(p->recording->spool, 0, w->row, w->rows, error) == 0 ? 1 : -1;
   }
   return taken;
 }
 
 static int check_length(const struct parser *p, struct app_error *error) {
   const struct recording *r = p->recording;
-  const char *path = r->layout.path;
-  if (p->line == 1) return app_fail(error, APP_BAD_INPUT, "%s: the file is empty", path);
-  if (!p->in_samples)
-    return app_fail(error, APP_BAD_INPUT, "%s: no header line in %zu lines", path, p->line - 1);
+  if (csv_begun(&p->lines, error) != 0) return -1;
   if (r->rows < RECORDING_MIN_ROWS)
-    return app_fail(error, APP_BAD_INPUT, "%s: %zu samples, expected at least %d", path, r->rows,
-                    RECORDING_MIN_ROWS);
+    return app_fail(error, APP_BAD_INPUT, "%s: %zu samples, expected at least %d", p->lines.header->path,
+                    r->rows, RECORDING_MIN_ROWS);
   return 0;
 }
 
 /* only of a recording that is sound: a failure is one line and nothing else */
 static void print_notes(const struct parser *p) {
-  const char *path = p->recording->layout.path, *unknown = p->recording->layout.unknown;
+  const char *path = p->lines.header->path, *unknown = p->lines.header->unknown.text;
   if (unknown[0]) app_note("%s: columns not known and not read: %s", path, unknown);
   if (p->unterminated)
     app_note("%s: the last line has no newline; if the file was cut there, its last number may be wrong",
@@ -291,7 +266,7 @@ static int parse_file(struct parser *p, struct worker *w, struct app_error *erro
   p->recording->step_s = step_median_value(p->median);
   if (p->recording->step_s < LEAST_STEP_S)
     return app_fail(error, APP_BAD_INPUT, "%s: time_s: the median step is %g s, expected seconds",
-                    p->recording->layout.path, p->recording->step_s);
+                    p->lines.header->path, p->recording->step_s);
   print_notes(p);
   return 0;
 }
@@ -306,8 +281,8 @@ static int parse_open_file(struct parser *p, struct app_error *error) {
 }
 
 int recording_parse(struct recording *recording, struct app_error *error) {
-  struct parser p = {.recording = recording, .line = 1};
-  p.file = text_file_open(recording->layout.path, error);
+  struct parser p = {.recording = recording, .lines = {.header = &recording->layout.header, .line = 1}};
+  p.file = text_file_open(recording->layout.header.path, error);
   if (!p.file) return -1;
   pthread_mutex_init(&p.reading, NULL);
   pthread_mutex_init(&p.adding, NULL);

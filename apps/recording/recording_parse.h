@@ -12,7 +12,7 @@ struct recording {
   double first_s, last_s, step_s;
 };
 
-/* Fills a recording whose layout.path and layout.plant are set, the rest zero. */
+/* Fills a recording whose layout has begun (layout_init), the rest zero. */
 int recording_parse(struct recording *recording, struct app_error *error);
 
 #endif

@@ -15,7 +15,7 @@
 static struct twin_settings asked;
 
 /* values that are more than a number, as they were given */
-static const char *excitation, *amplitude, *noise, *encoder_bits, *limits;
+static const char *excitation, *amplitude, *noise, *encoder_bits;
 static uint64_t harmonics, phase_seed = UINT64_MAX;
 
 static const struct cli_option options[] = {
@@ -33,7 +33,7 @@ static const struct cli_option options[] = {
     {"harmonics", 0, CLI_WHOLE, &harmonics, 0, "N", "of the multisine (8)"},
     {"amplitude", 0, CLI_TEXT, &amplitude, 0, "A[,B]", "of multisine or ramps at each joint [rad] or [m]"},
     {"speed", 0, CLI_NUMBER, &asked.speed, 0, "FACTOR", "move so many times as fast (1)"},
-    {"limits", 0, CLI_TEXT, &limits, 0, "LIST",
+    {"limits", 0, CLI_TEXT, &asked.limits, 0, "LIST",
      "what joints can do, for instance\nknee.speed=4,ankle.position=-0.4:0.4 (and acceleration, torque)"},
     {"fit", 0, CLI_FLAG, &asked.fit, 0, NULL, "scale the excitation into the limits instead of refusing it"},
     {"duration", 'd', CLI_NUMBER, &asked.duration_s, 0, "S", "of the recording (120; ramps: their length)"},
@@ -104,48 +104,6 @@ static enum cli_result read_excitation(void) {
                    "--excitation: expected multisine, paper or ramps, found '%.40s' (or bus, with --can)",
                    excitation)
              : CLI_RUN;
-}
-
-/* the value behind "knee.speed=" or "knee.position=" at `text` (one limit), 0 when it is none */
-static int take_limit(const char *text, tl_limits at[TL_MAX_JOINTS]) {
-  static const char *const joint[] = {"knee", "ankle", "joint", "slider"};
-
-  for (int k = 0; k < 4; k++) {
-    tl_limits *limit = &at[k == 1];
-    double *const value[] = {&limit->speed, &limit->acceleration, &limit->torque};
-    const size_t length = strlen(joint[k]);
-    const char *rest = text + length + 1;
-    if (strncmp(text, joint[k], length) != 0 || text[length] != '.') continue;
-    asked.limited[k == 1] = joint[k];
-    if (strncmp(rest, "position=", 9) == 0) {
-      rest += 9;
-      return take_number(&rest, ':', &limit->position_low) &&
-             take_number(&rest, '\0', &limit->position_high) && limit->position_low < limit->position_high;
-    }
-    for (int q = TL_QUANTITY_SPEED; q <= TL_QUANTITY_TORQUE; q++) {
-      const char *name = tl_quantity_name((tl_quantity)q);
-      if (strncmp(rest, name, strlen(name)) != 0 || rest[strlen(name)] != '=') continue;
-      rest += strlen(name) + 1;
-      return take_number(&rest, '\0', value[q - TL_QUANTITY_SPEED]) && *value[q - TL_QUANTITY_SPEED] > 0.0;
-    }
-  }
-  return 0;
-}
-
-static enum cli_result read_limits(void) {
-  const char *rest = limits ? limits : "";
-  char one[80] = "";
-
-  while (*rest) {
-    size_t length = strcspn(rest, ",");
-    memcpy(one, rest, length < sizeof one ? length : 0);
-    one[length < sizeof one ? length : 0] = '\0';
-    if (!take_limit(one, asked.limits))
-      return cli_complain(
-          "--limits: expected for instance knee.speed=4 or ankle.position=-0.4:0.4, found '%.40s'", rest);
-    rest += length + (rest[length] == ',');
-  }
-  return CLI_RUN;
 }
 
 /* plain numbers against their ranges; a NaN was not given */
@@ -220,7 +178,6 @@ static enum cli_result read_command_line(int argc, char **argv) {
   if (result == CLI_RUN) result = read_pair("amplitude", amplitude, asked.amplitude, 1e3);
   if (result == CLI_RUN) result = read_pair("noise", noise, asked.noise_A, 1e6);
   if (result == CLI_RUN) result = read_pair("encoder-bits", encoder_bits, asked.drive_bits, 48);
-  if (result == CLI_RUN) result = read_limits();
   if (result == CLI_RUN) result = check_numbers();
   if (result == CLI_RUN) result = check_excitation();
   if (result == CLI_RUN) result = check_files();

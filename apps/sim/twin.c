@@ -9,6 +9,7 @@
 #include "common/progress.h"
 #include "live.h"
 #include "model/plant_name.h"
+#include "motion/limits.h"
 #include "orders.h"
 #include "recording/recording.h"
 #include "recording/recording_writer.h"
@@ -35,10 +36,7 @@ struct twin_settings twin_defaults(void) {
                             .seed = 1,
                             .phase_seed = 1};
 
-  for (int j = 0; j < TL_MAX_JOINTS; j++) {
-    s.amplitude[j] = s.drive_bits[j] = s.noise_A[j] = NAN;
-    s.limits[j] = (tl_limits){NAN, NAN, NAN, NAN, NAN};
-  }
+  for (int j = 0; j < TL_MAX_JOINTS; j++) s.amplitude[j] = s.drive_bits[j] = s.noise_A[j] = NAN;
   return s;
 }
 
@@ -160,13 +158,7 @@ static int keep_limits(struct twin *t, struct app_error *error) {
   int broken;
 
   tl_twin_limits(&t->model, &t->bench, t->limits);
-  for (int j = 0; j < TL_MAX_JOINTS; j++) {
-    replace(&t->limits[j].position_low, t->asked->limits[j].position_low);
-    replace(&t->limits[j].position_high, t->asked->limits[j].position_high);
-    replace(&t->limits[j].speed, t->asked->limits[j].speed);
-    replace(&t->limits[j].acceleration, t->asked->limits[j].acceleration);
-    replace(&t->limits[j].torque, t->asked->limits[j].torque);
-  }
+  if (t->asked->limits && limits_read(t->asked->limits, &t->model, t->limits, error) != 0) return -1;
   if (t->asked->reference) {
     broken = reference_check(&t->model, t->limits, &t->trajectory, peak);
     return broken ? report_broken(t, peak, broken, error) : 0;
@@ -181,11 +173,6 @@ static int keep_limits(struct twin *t, struct app_error *error) {
 static int check_plant(const struct twin *t, struct app_error *error) {
   if (t->asked->camera && t->model.plant != TL_PLANT_LEG)
     return app_fail(error, APP_BAD_INPUT, "--camera: only a leg has camera angles");
-  for (int j = 0; j < TL_MAX_JOINTS; j++) {
-    const char *asked = t->asked->limited[j], *name = tl_joint_name(&t->model, j);
-    if (asked && (!name || strcmp(asked, name) != 0))
-      return app_fail(error, APP_BAD_INPUT, "--limits: a %s has no %s", plant_name(t->model.plant), asked);
-  }
   return 0;
 }
 
@@ -226,6 +213,14 @@ static int check_effects(const struct twin *t, struct app_error *error) {
   return 0;
 }
 
+static int read_reference(struct twin *t, struct app_error *error) {
+  if (trajectory_read(t->asked->reference, &t->model, NULL, &t->trajectory, error) != 0) return -1;
+  if (trajectory_orders_drives(&t->trajectory))
+    app_note("%s: the simulated bench follows the angles; speeds and torques are not used",
+             t->asked->reference);
+  return 0;
+}
+
 int twin_prepare(struct twin *twin, const struct twin_settings *settings, struct app_error *error) {
   struct model_file file;
 
@@ -239,9 +234,7 @@ int twin_prepare(struct twin *twin, const struct twin_settings *settings, struct
   twin->bus = file.bus;
   twin->has_bus = file.has_bus;
   if (check_plant(twin, error) != 0 || check_effects(twin, error) != 0) return -1;
-  if (settings->reference &&
-      trajectory_read(settings->reference, &twin->model, &twin->trajectory, error) != 0)
-    return -1;
+  if (settings->reference && read_reference(twin, error) != 0) return -1;
   if (make_excitation(twin) != TL_OK)
     return app_fail(error, APP_BAD_INPUT,
                     "excitation: --period, --harmonics (1 to %d), --amplitude or --speed out of range",

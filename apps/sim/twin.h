@@ -20,13 +20,12 @@ struct twin_settings {
   const char *can;            /* interface to run on in real time, NULL: none */
   const char *reference;      /* trajectory to follow, NULL: none */
   enum twin_excitation excitation;
-  double period_s;                    /* of the series */
-  int harmonics;                      /* of the multisine, 0: default */
-  double amplitude[TL_MAX_JOINTS];    /* of the multisine and the ramps */
-  double speed;                       /* factor on the excitation's speed */
-  tl_limits limits[TL_MAX_JOINTS];    /* NaN: the bench's */
-  const char *limited[TL_MAX_JOINTS]; /* the joints' names as the limits gave them, NULL: none */
-  int fit;                            /* scale the excitation into the limits */
+  double period_s;                 /* of the series */
+  int harmonics;                   /* of the multisine, 0: default */
+  double amplitude[TL_MAX_JOINTS]; /* of the multisine and the ramps */
+  double speed;                    /* factor on the excitation's speed */
+  const char *limits;              /* in place of the bench's (motion/limits.h), NULL: none */
+  int fit;                         /* scale the excitation into the limits */
   double duration_s, rate_hz, jitter_s, control_hz;
   double drive_bits[TL_MAX_JOINTS], ankle_bits; /* 0: exact */
   double noise_A[TL_MAX_JOINTS];
