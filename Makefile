@@ -131,7 +131,7 @@ all: library python-side programs $(PYTHON_PROGRAMS:%=$(BUILD)/bin/%)
 # (program, where tools/ stands, where what was built stands) -> its text
 start_script = sed -e 's|@ROOT@|$(2)|' -e 's|@BUILD@|$(3)|' -e 's|@NAME@|$(1)|' \
 	-e 's|@MODULE@|$(module_of_$(1))|' -e 's|@NEEDS@|$(needs_of_$(1))|' tools/start.sh
-$(PYTHON_PROGRAMS:%=$(BUILD)/bin/%): tools/start.sh
+$(PYTHON_PROGRAMS:%=$(BUILD)/bin/%): tools/start.sh Makefile
 	$(say) GEN $@
 	@mkdir -p $(@D)
 	$(Q)$(call start_script,$(@F),$(CURDIR),$(abspath $(BUILD))) >$@.new

@@ -39,8 +39,9 @@ static int fails_now_fd(int fd) {
   return fails_now(path);
 }
 
-int open(const char *path, int flags, ...) {
-  REAL(open_function, "open");
+/* with file offsets of 64 bits a program calls open64 */
+int open64(const char *path, int flags, ...) {
+  REAL(open_function, "open64");
   mode_t mode = 0;
   if (flags & O_CREAT) {
     va_list arguments;
