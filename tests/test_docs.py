@@ -115,6 +115,21 @@ def session(text, folder):
         check_shown("".join(part.splitlines(keepends=True)[1:]), execute(["bash", "-c", command], folder, status=None))
 
 
+# What the page's own `make` goal does is run by this test.
+RUN_ELSEWHERE = {"bench": "test_benchmarks.py", "blind": "test_blind.py", "demo": "test_demo.py", "paper": "test_paper.py",
+                 "rig": "rig/test_gpio.py"}  # fmt: skip
+
+
+@pytest.mark.parametrize("page", PAGES)
+def test_a_page_opens_with_an_example_that_is_run(page):
+    opening = re.split(r"^## ", (REPOSITORY / page).read_text(), flags=re.MULTILINE)
+    name, begin = Path(page).stem, "## ".join(opening[:2])
+    if name in RUN_ELSEWHERE:
+        assert f"make {name}" in begin and (REPOSITORY / "tests" / RUN_ELSEWHERE[name]).exists()
+    elif page != "README.md":
+        assert any(kind in ("sh", "console", "python", "c") for _, kind, _ in BLOCK.findall(begin)), page
+
+
 def compile_and_run(text, folder, request):
     there = request.getfixturevalue("installed")
     (folder / "example.c").write_text(text)
