@@ -98,7 +98,7 @@ program_sources = $(sort $(wildcard $(1)/*.c $(1)/*/*.c))
 app_name = talus-$(patsubst talus-%,%,$(notdir $(1)))
 ASSET_CHART := $(firstword $(wildcard /usr/share/javascript/chart.js/chart.min.js \
   /usr/share/javascript/chart.js/Chart.min.js))
-ASSETS := $(sort $(wildcard apps/common/assets/*))
+ASSETS := $(sort $(wildcard apps/page/assets/*))
 
 objects = $(patsubst %.c,$(OBJ)/%.o,$(1))
 LIB_OBJECTS := $(call objects,$(LIB_SOURCES))
@@ -407,7 +407,7 @@ LIBDIR ?= $(PREFIX)/lib
 # where the commands that are Python find their packages, what was built, and the page's parts
 HOMEDIR = $(LIBDIR)/talus
 PYTHON_FOLDERS := $(patsubst %/,%,$(sort $(dir $(foreach p,$(PYTHON_PACKAGES),$(shell find tools/$(p) -name '*.py' -not -path '*/blind/*')))))
-INSTALLED_PYTHON := python apps/common/assets $(PYTHON_FOLDERS)
+INSTALLED_PYTHON := python apps/page/assets $(PYTHON_FOLDERS)
 INCLUDEDIR ?= $(PREFIX)/include
 INSTALL ?= install
 
@@ -423,7 +423,7 @@ install: all $(BUILD)/talus.pc
 	$(Q)$(INSTALL) -m 644 $(BUILD)/talus.pc '$(DESTDIR)$(LIBDIR)/pkgconfig'
 	$(Q)$(if $(wildcard $(PROGRAMS)),$(INSTALL) -m 755 $(wildcard $(PROGRAMS)) '$(DESTDIR)$(BINDIR)')
 	$(Q)$(INSTALL) -d $(INSTALLED_PYTHON:%='$(DESTDIR)$(HOMEDIR)/%')
-	$(Q)for d in $(PYTHON_FOLDERS) apps/common/assets; do \
+	$(Q)for d in $(PYTHON_FOLDERS) apps/page/assets; do \
 	  $(INSTALL) -m 644 $$(find "$$d" -maxdepth 1 -type f) '$(DESTDIR)$(HOMEDIR)'/"$$d"; done
 	$(Q)$(INSTALL) -m 644 $(BUILD)/python/talus_cdef.h $(BUILD)/python/talus_macros.h '$(DESTDIR)$(HOMEDIR)/python'
 	$(Q)ln -sfn ../../$(notdir $(BINDIR)) '$(DESTDIR)$(HOMEDIR)/bin'

@@ -1,4 +1,4 @@
-"""apps/common/page.c and its assets: one page, whole in itself, whatever the texts are."""
+"""apps/page/page.c and its assets: one page, whole in itself, whatever the texts are."""
 
 import json
 import re
@@ -8,7 +8,7 @@ import pytest
 from helper_programs import complaint, helper
 from support import REPOSITORY
 
-ASSETS = REPOSITORY / "apps/common/assets"
+ASSETS = REPOSITORY / "apps/page/assets"
 NASTY = """</script><script>alert(1)</script><!-- "quoted" & 'single' {{data}} {{title}} ünï \\u003c"""
 
 

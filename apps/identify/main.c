@@ -35,7 +35,8 @@ static const struct cli_option options[] = {
     {"swarm-form", 0, CLI_TEXT, &asked.form, 0, "KIND", "\"constriction\" (default) or \"inertia\""},
     {"topology", 0, CLI_TEXT, &asked.topology, 0, "KIND", "\"global\" or \"ring\""},
     {"threads", 0, CLI_WHOLE, &asked.threads, 0, "N",
-     "that move the swarm; the answer is the same (default 1)"},
+     "at most, that read rows and move the swarm; the answer is the same\n(default: as many as processors, "
+     "one for the swarm)"},
     {"quiet", 'q', CLI_FLAG, &asked.quiet, 0, NULL, "say nothing but warnings"},
 };
 
@@ -133,6 +134,7 @@ static int open_inputs(struct inputs *in, const struct model_file *file, char **
     if (!in->recording[i]) return -1;
     in->stream[i] = stream_open(in->recording[i], &file->model, &file->score, window, error);
     if (!in->stream[i]) return -1;
+    if (asked.threads != UINT64_MAX) stream_set_workers(in->stream[i], (int)asked.threads);
     if (stream_set_effects(in->stream[i], file->effect, file->effects, error) != 0) return -1;
   }
   return 0;

@@ -3,7 +3,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 
-#include "common/page.h"
+#include "page/page.h"
 #include "report.h"
 
 /* one joint of one recording */

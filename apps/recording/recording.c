@@ -11,6 +11,7 @@ struct recording *recording_open(const char *path, tl_plant plant, struct app_er
     app_fail(error, APP_FAILED, "out of memory");
     return NULL;
   }
+  pthread_mutex_init(&recording->reading, NULL);
   if (layout_init(&recording->layout, path, plant, error) == 0 && recording_parse(recording, error) == 0)
     return recording;
   recording_close(recording);
@@ -20,6 +21,7 @@ struct recording *recording_open(const char *path, tl_plant plant, struct app_er
 void recording_close(struct recording *recording) {
   if (!recording) return;
   spool_close(recording->spool);
+  pthread_mutex_destroy(&recording->reading);
   free(recording);
 }
 
@@ -61,11 +63,8 @@ static void scatter(const struct csv_header *header, const double *row, size_t r
     valid[at + i] = place < 0 || row[i * header->width + (size_t)place] != 0.0;
 }
 
-int recording_read(struct recording *recording, size_t from, size_t n, double *const column[TL_CHANNEL_COUNT],
-                   uint8_t *valid, struct app_error *error) {
-  if (from > recording->rows || n > recording->rows - from)
-    return app_fail(error, APP_FAILED, "%s: rows beyond the end were asked for",
-                    recording->layout.header.path);
+static int read_rows(struct recording *recording, size_t from, size_t n,
+                     double *const column[TL_CHANNEL_COUNT], uint8_t *valid, struct app_error *error) {
   for (size_t done = 0; done < n;) {
     const double *row;
     size_t rows;
@@ -74,4 +73,14 @@ int recording_read(struct recording *recording, size_t from, size_t n, double *c
     done += rows;
   }
   return 0;
+}
+
+int recording_read(struct recording *recording, size_t from, size_t n, double *const column[TL_CHANNEL_COUNT],
+                   uint8_t *valid, struct app_error *error) {
+  if (from > recording->rows || n > recording->rows - from)
+    return app_fail(error, APP_FAILED, "%s: rows beyond the end were asked for", recording_path(recording));
+  pthread_mutex_lock(&recording->reading);
+  const int result = read_rows(recording, from, n, column, valid, error);
+  pthread_mutex_unlock(&recording->reading);
+  return result;
 }

@@ -51,7 +51,7 @@ double recording_step_s(const struct recording *recording);
 
 /* Rows [from, from + n) into the caller's arrays of n: column[channel] where it is
  * not NULL and the recording has the channel, and valid[] (all 1 without that
- * column). 0, or -1 when the temporary file cannot be read.
+ * column). 0, or -1 when the temporary file cannot be read. Several threads may read at once.
  * Nullable: valid and the members of column. */
 int recording_read(struct recording *recording, size_t from, size_t n, double *const column[TL_CHANNEL_COUNT],
                    uint8_t *valid, struct app_error *error);

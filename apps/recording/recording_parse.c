@@ -11,15 +11,14 @@
 #include <pthread.h>
 #include <stdlib.h>
 #include <string.h>
-#include <unistd.h>
 
 #include "common/text_file.h"
+#include "common/workers.h"
 #include "recording.h"
 #include "step_median.h"
 
 #define LEAST_STEP_S 1e-7 /* no bench samples faster; times in another unit do not pass for seconds */
 
-#define MAX_WORKERS 4
 /* a number takes at least two bytes of text, itself and what follows it */
 #define BLOCK_NUMBERS (TEXT_BLOCK / 2 + TL_CHANNEL_COUNT)
 
@@ -44,7 +43,6 @@ struct parser {
 /* One block on its way. */
 struct worker {
   struct parser *parser;
-  pthread_t thread;
   struct text_block block;
   size_t rows;
   double row[BLOCK_NUMBERS];
@@ -177,7 +175,7 @@ static int add_in_turn(struct worker *w, size_t number, int taken, const char *c
   return result;
 }
 
-static void *work(void *argument) {
+static void work(void *argument) {
   struct worker *w = argument;
   const struct spool *spool = w->parser->recording->spool;
   struct app_error error;
@@ -191,7 +189,6 @@ static void *work(void *argument) {
       break;
     }
   }
-  return NULL;
 }
 
 static struct worker *new_worker(struct parser *p) {
@@ -202,21 +199,12 @@ static struct worker *new_worker(struct parser *p) {
 
 /* the rest of the file by this worker and others, as many as there are processors */
 static void work_together(struct parser *p, struct worker *self) {
-  struct worker *other[MAX_WORKERS - 1];
-  const long processors = sysconf(_SC_NPROCESSORS_ONLN);
-  int n = 0;
-  while (n < MAX_WORKERS - 1 && n + 1 < processors && (other[n] = new_worker(p)) != NULL) {
-    if (pthread_create(&other[n]->thread, NULL, work, other[n]) != 0) {
-      free(other[n]);
-      break;
-    }
-    n++;
-  }
-  work(self);
-  for (int i = 0; i < n; i++) {
-    pthread_join(other[i]->thread, NULL);
-    free(other[i]);
-  }
+  void *worker[WORKERS_MOST] = {self};
+  const int most = workers_processors();
+  int n = 1;
+  while (n < most && (worker[n] = new_worker(p)) != NULL) n++;
+  workers_run(work, worker, n);
+  while (--n > 0) free(worker[n]);
 }
 
 /* ---- the whole file ------------------------------------------------------- */

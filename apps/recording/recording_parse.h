@@ -2,6 +2,8 @@
 #ifndef RECORDING_PARSE_H
 #define RECORDING_PARSE_H
 
+#include <pthread.h>
+
 #include "recording_layout.h"
 #include "spool.h"
 
@@ -10,6 +12,7 @@ struct recording {
   struct spool *spool;
   size_t rows;
   double first_s, last_s, step_s;
+  pthread_mutex_t reading; /* of the spool, once it is filled */
 };
 
 /* Fills a recording whose layout has begun (layout_init), the rest zero. */

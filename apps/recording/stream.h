@@ -5,7 +5,8 @@
  *     stream_close(stream);
  *
  * Each block comes with enough rows on either side that what is computed of its own part
- * does not depend on where the recording was cut.
+ * does not depend on where the recording was cut. Blocks are computed on several processors at once, and visited
+ * one after the other in the order of time: results are the same bits for any number of processors.
  */
 #ifndef STREAM_H
 #define STREAM_H
@@ -26,7 +27,7 @@ struct stream_part {
   const double *t_s; /* times of the block's rows */
 };
 
-/* Called for every part in order of time; anything but 0 ends the walk and is its result. */
+/* Called for every part in order of time, now on one thread and now on another, never on two at once; anything but 0 ends the walk and is its result. */
 typedef int (*stream_visit)(const struct stream_part *part, void *context, struct app_error *error);
 
 /* Finds the recording's segments and measures how its angles are read; NULL on failure.
@@ -36,6 +37,9 @@ struct stream *stream_open(struct recording *recording, const tl_model *model, c
                            const tl_window *window, struct app_error *error);
 /* Nullable: stream. */
 void stream_close(struct stream *stream);
+
+/* Processors that a walk uses, at most WORKERS_MOST (workers.h); as many as there are without this call. */
+void stream_set_workers(struct stream *stream, int workers);
 
 /* Effects that are modelled already; kept by reference. */
 int stream_set_effects(struct stream *stream, const tl_effect *effect, int effects, struct app_error *error);

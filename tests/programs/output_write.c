@@ -12,9 +12,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "common/envelope.h"
 #include "common/json_file.h"
 #include "common/output.h"
+#include "page/envelope.h"
 
 static void put_rows(struct output *out, size_t n) {
   output_text(out, "time_s,a,b\n");

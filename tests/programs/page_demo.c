@@ -6,7 +6,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 
-#include "common/page.h"
+#include "page/page.h"
 
 static void add_joint(struct page *page, const char *text, size_t n) {
   static struct envelope measured, predicted, residual;

@@ -31,7 +31,7 @@ def stage():
         for path in (ROOT / "build").glob(pattern):
             if path.name not in GENERATED_FOR_A_CHECKOUT:
                 shutil.copy2(path, package / "_native" / folder)
-    shutil.copytree(ROOT / "apps" / "common" / "assets", package / "_native" / "assets")
+    shutil.copytree(ROOT / "apps" / "page" / "assets", package / "_native" / "assets")
     shutil.copy2(make_variable(make, "ASSET_CHART"), package / "_native" / "assets" / "chart.min.js")
     (STAGE / "VERSION").write_text(make_variable(make, "VERSION"))
 

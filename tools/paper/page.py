@@ -11,7 +11,7 @@ ROOT = Path(__file__).resolve().parents[2]
 
 def write(path, results, series):
     """The whole page into one file that needs no other."""
-    css = (ROOT / "apps/common/assets/page.css").read_text(encoding="utf-8")
+    css = (ROOT / "apps/page/assets/page.css").read_text(encoding="utf-8")
     css += (Path(__file__).parent / "paper.css").read_text(encoding="utf-8")
     parts = [
         _opening(results),

@@ -17,7 +17,7 @@ from html import escape
 from pathlib import Path
 
 _PACKED = Path(__file__).resolve().parent / "_native" / "assets"  # of an installed package
-_ASSETS = _PACKED if _PACKED.is_dir() else Path(__file__).resolve().parents[2] / "apps" / "common" / "assets"
+_ASSETS = _PACKED if _PACKED.is_dir() else Path(__file__).resolve().parents[2] / "apps" / "page" / "assets"
 BAR_REM, AXIS_REM = 2.4, 3.6  # heights of a bar with a label of two lines, and of the axis beneath
 _CHART_LIBRARY = [
     folder / name for folder in (_PACKED, Path("/usr/share/javascript/chart.js")) for name in ("chart.min.js", "Chart.min.js")

@@ -21,9 +21,9 @@
 #ifndef PAGE_H
 #define PAGE_H
 
+#include "common/error.h"
+#include "common/json_file.h"
 #include "envelope.h"
-#include "error.h"
-#include "json_file.h"
 
 struct page;
 
