@@ -1,6 +1,7 @@
 """talus-acquire as far as any machine can run it: frames come through its `fd:` source. What needs a real
 SocketCAN or a GPIO chip is in tests/rig."""
 
+import contextlib
 import json
 import os
 import pty
@@ -303,6 +304,63 @@ def test_a_file_that_may_not_grow(tmp_path):
     assert end["sources"][0]["frames"] == len(numbers) and end["lost"] == end["sources"][0]["not_written"] > 0
 
 
+@pytest.fixture(scope="module")
+def failing_disk(tmp_path_factory):
+    library = tmp_path_factory.mktemp("disk") / "failing_disk.so"
+    subprocess.run(["gcc", "-O1", "-shared", "-fPIC", "-o", library, REPOSITORY / "tests/failing_disk.c", "-ldl"], check=True)
+    return library
+
+
+@pytest.mark.release
+@pytest.mark.parametrize("call", [2, 3])
+def test_a_disk_that_fails_behind_the_write(tmp_path, failing_disk, monkeypatch, call):
+    """It ends as a full one does: a clear word, status 1, and what the disk never confirmed counts as lost, with its place."""
+    monkeypatch.setenv("LD_PRELOAD", str(failing_disk))
+    monkeypatch.setenv("FAILING_SYNC", str(call))
+    with FrameSource(tmp_path / "r") as source:
+        monkeypatch.delenv("LD_PRELOAD")
+        sent = 0
+        with contextlib.suppress(OSError):  # the recorder has gone
+            while source.process.poll() is None and sent < 20_000:
+                source.send(0x123, sent.to_bytes(4, "little"))
+                sent += 1
+                time.sleep(0.0005)
+        source.close()
+    assert source.status == 1 and f"{source.log}: Input/output error; the recording ends here" in source.printed
+    end = source.events("end")[0]
+    (bench,) = end["sources"]
+    there = len(source.lines())
+    assert end["reason"] == "write failed" and bench["unexplained"] == 0
+    assert bench["synced"] <= there and bench["frames"] == bench["synced"] + bench["not_synced"]
+    assert end["lost"] == bench["not_synced"] + bench["not_written"] > 0
+    assert bench["read"] == bench["synced"] + end["lost"]
+    (drop,) = source.events("drop")
+    assert (drop["where"], drop["lost"], drop["after"]) == ("disk", bench["not_synced"], bench["synced"])
+
+
+def test_the_account_of_a_whole_record_balances(tmp_path):
+    with FrameSource(tmp_path / "r", "a", "b") as source:
+        for k in range(1000):
+            source.send(0x100, k.to_bytes(4, "little"), to="ab"[k % 2])
+        source.send(ERROR | 0x8, bytes(8), to="b")
+    assert source.status == 0
+    for one, errors in zip(source.events("end")[0]["sources"], (0, 1), strict=True):
+        assert (one["read"], one["frames"], one["synced"], one["not_synced"]) == (500 + errors, 500, 500, 0)
+        assert one["not_written"] == one["unexplained"] == one["lost_socket"] == 0
+
+
+@pytest.mark.parametrize("stamp_ns", [2**63 - 1, -(2**63), -1])
+def test_a_stamp_beyond_all_times_holds_up_nobody(tmp_path, stamp_ns):
+    """What it stands behind is written, and the frames before and after it too."""
+    with FrameSource(tmp_path / "r", "a", "b") as source:
+        for k in range(3000):
+            source.send(0x100, k.to_bytes(4, "little"), to="ab"[k % 2], stamp_ns=stamp_ns if k == 100 else START_NS + k)
+    assert source.status == 0, source.printed
+    for name in "ab":
+        numbers = [int.from_bytes(bytes.fromhex(line.split("#")[1]), "little") for line in source.lines() if f" {name} " in line]
+        assert numbers == list(range("ab".index(name), 3000, 2))
+
+
 # ---- usage -----------------------------------------------------------------------------------
 
 
@@ -339,6 +397,29 @@ def test_sources_that_are_none(tmp_path, source, words):
 ])  # fmt: skip
 def test_options_that_are_none(tmp_path, options, words):
     assert words in complaint("--out", tmp_path / "x", *options, "can0")
+
+
+@pytest.mark.parametrize("out", ["", "folder/", ".log", "folder/.log", "."])
+def test_names_that_are_none(tmp_path, monkeypatch, out):
+    """No hidden ".log" is made."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "folder").mkdir()
+    with FrameSource(out) as source:
+        source.process.wait(20)
+        source.close()
+    assert source.status == 2 and source.printed.startswith("talus-acquire: --out: expected a file's name")
+    assert [str(path) for path in tmp_path.rglob("*")] == [str(tmp_path / "folder")]
+
+
+@pytest.mark.parametrize("options", [(), ("--overwrite",)])
+def test_what_is_no_file_is_not_written(tmp_path, options):
+    """A pipe that nobody reads would hold up the program for good, deaf to every signal."""
+    os.mkfifo(tmp_path / "r.log")
+    with FrameSource(tmp_path / "r", options=options) as source:
+        source.process.wait(20)
+        source.close()
+    assert source.status == 2 and "r.log: is there, and is no file" in source.printed
+    assert os.listdir(tmp_path) == ["r.log"]
 
 
 def test_an_earlier_record_stays(tmp_path):

@@ -356,6 +356,17 @@ int writer_sync(struct writer *w) {
   return file_pair_sync(w->files, FILE_JSON);
 }
 
+void writer_tell_not_synced(struct writer *w) {
+  for (int i = 0; i < w->sources; i++) {
+    const struct written *s = &w->state[i];
+    if (!source_is_can(&w->source[i]) || s->frames == s->synced) continue;
+    begin(w, "drop", i);
+    text_set_string(json(w), "where", "disk");
+    text_set(json(w), "lost", (int64_t)(s->frames - s->synced));
+    end_at(w, s->synced, s->last_ns);
+  }
+}
+
 /* ---- the account ------------------------------------------------------------------------ */
 
 struct account writer_account(const struct writer *w, int source) {

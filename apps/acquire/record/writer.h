@@ -48,6 +48,8 @@ void writer_init(struct writer *w, struct file_pair *files, struct source *sourc
 int writer_cycle(struct writer *w, int all);
 /* After a failure, with the readers ended: what is still in the rings counts as not written. */
 void writer_give_up(struct writer *w);
+/* After a failure, with all threads ended: says what the disk has not confirmed. */
+void writer_tell_not_synced(struct writer *w);
 /* What has been written, to the disk. On a thread of its own; 0, or -1 when the disk refuses. */
 int writer_sync(struct writer *w);
 

@@ -1,0 +1,39 @@
+/* failing_disk.c: preloaded, it is a disk that takes all writes into memory and fails behind them, as a thin device does that
+ * is full, or a memory card that dies. From call number $FAILING_SYNC on files "*.log" on, fdatasync answers EIO once; what
+ * was not on the disk until then is gone from the file, and later calls succeed, as the kernel does it. */
+#define _GNU_SOURCE
+
+#include <dlfcn.h>
+#include <errno.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+typedef int sync_function(int);
+
+static int is_log(int fd) {
+  char name[64], path[4096];
+  snprintf(name, sizeof name, "/proc/self/fd/%d", fd);
+  const ssize_t n = readlink(name, path, sizeof path - 1);
+  path[n > 0 ? n : 0] = '\0';
+  return n > 4 && strcmp(path + n - 4, ".log") == 0;
+}
+
+int fdatasync(int fd) {
+  static sync_function *real;
+  static int calls;
+  static off_t on_disk;
+  struct stat found;
+  const char *wanted = getenv("FAILING_SYNC");
+  if (!real) *(void **)&real = dlsym(RTLD_NEXT, "fdatasync");
+  if (!wanted || !is_log(fd)) return real(fd);
+  if (++calls != atoi(wanted)) {
+    if (fstat(fd, &found) == 0) on_disk = found.st_size;
+    return real(fd);
+  }
+  if (ftruncate(fd, on_disk) != 0) return real(fd);
+  errno = EIO;
+  return -1;
+}
