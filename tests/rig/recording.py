@@ -89,7 +89,19 @@ class Recording:
         return next(one for one in self.end()["sources"] if one["name"] == source)
 
 
+def ip(*arguments):
+    subprocess.run(["ip", "link", *map(str, arguments)], check=True)
+
+
 def send(*arguments, timeout=300):
     """can_source with these arguments; {interface: frames sent}."""
     done = subprocess.run([SOURCE, *map(str, arguments)], check=True, capture_output=True, text=True, timeout=timeout)
     return {name: int(sent) for name, sent, _ in map(str.split, done.stdout.splitlines())}
+
+
+def hold_up(process):
+    """SIGSTOP, and every thread has come to a stop."""
+    process.send_signal(signal.SIGSTOP)
+    tasks = list(Path(f"/proc/{process.pid}/task").iterdir())
+    while not all(") T " in (task / "stat").read_text() for task in tasks):
+        time.sleep(0.01)

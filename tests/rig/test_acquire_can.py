@@ -17,7 +17,7 @@ from pathlib import Path
 
 import pytest
 from talus.acquire_export import record as export_record
-from recording import Recording, counters, read_lines, send
+from recording import Recording, counters, ip, read_lines, send
 from support import BUILD, run
 
 pytestmark = [pytest.mark.rig, pytest.mark.release]
@@ -248,10 +248,6 @@ def test_full_disk(vcan, small_disk):
 
 
 # ---- interfaces -----------------------------------------------------------------------
-
-
-def ip(*arguments):
-    subprocess.run(["ip", "link", *arguments], check=True)
 
 
 def test_interface_down_and_up_and_gone_and_back(vcan, tmp_path):

@@ -8,7 +8,7 @@ import time
 from pathlib import Path
 
 import pytest
-from recording import Recording, read_lines
+from recording import Recording, hold_up, read_lines
 from support import BUILD
 
 pytestmark = [pytest.mark.rig, pytest.mark.release]
@@ -100,14 +100,6 @@ def test_one_kind_of_edge_only(chip, record):
         time.sleep(0.2)
         recording.stop()
     assert [edge["value"] for edge in recording.events("edge")] == [0, 0, 0]
-
-
-def hold_up(process):
-    """SIGSTOP, and every thread has come to a stop."""
-    process.send_signal(signal.SIGSTOP)
-    tasks = list(Path(f"/proc/{process.pid}/task").iterdir())
-    while not all(") T " in (task / "stat").read_text() for task in tasks):
-        time.sleep(0.01)
 
 
 def test_overflow_of_the_kernels_queue_is_told(chip, record):

@@ -51,7 +51,8 @@ static const char *last_part(const char *path) {
   return slash ? slash + 1 : path;
 }
 
-void events_file_begin(struct text *t, const struct events_begin *facts) {
+void events_file_begin(struct text *json, const struct events_begin *facts) {
+  struct text *t = json;
   struct utsname kernel;
   const struct clock_triple now = clock_read_triple();
   memset(&kernel, 0, sizeof kernel);
@@ -134,7 +135,8 @@ static void put_loop(struct text *t, const struct loop_count *loop) {
   text_string(t, "}");
 }
 
-void events_file_end(struct text *t, const struct events_end *facts) {
+void events_file_end(struct text *json, const struct events_end *facts) {
+  struct text *t = json;
   const struct writer *writer = facts->writer;
   text_begin(t, "end");
   text_set_string(t, "reason", facts->reason);

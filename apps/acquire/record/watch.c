@@ -52,7 +52,7 @@ void watch_clock(struct watch *w) {
 
 static void push_change(struct watch *w, int i, enum link_change change, const struct link_state *now) {
   struct item item = event(ITEM_LINK, i);
-  item.is.link.change = change;
+  item.is.link.change = (int)change;
   item.is.link.index = now->index;
   memcpy(item.is.link.name, now->name, sizeof item.is.link.name);
   push(w, &item);

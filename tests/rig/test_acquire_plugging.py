@@ -1,0 +1,311 @@
+"""talus-acquire while interfaces are pulled out, plugged in and renamed: nothing lost without a word, and an emergency stop
+that goes out by whatever is plugged in, or says at once that it did not."""
+
+import itertools
+import os
+import random
+import select
+import signal
+import socket
+import struct
+import subprocess
+import sys
+import time
+
+import pytest
+from recording import Recording, hold_up, ip, read_lines
+from support import REPOSITORY
+from test_player import LIMITS, write_trajectory
+
+pytestmark = [pytest.mark.rig, pytest.mark.release]
+
+ROUNDS = int(os.environ.get("TALUS_RIG_ROUNDS", "20"))
+
+
+def plug_in(name):
+    ip("add", "dev", name, "type", "vcan")
+    ip("set", name, "up")
+
+
+def numbers_of(recording):
+    return [int.from_bytes(bytes.fromhex(line[3][:8]), "little") for line in read_lines(recording.log)]
+
+
+def send_some(name, first, count):
+    with socket.socket(socket.AF_CAN, socket.SOCK_RAW, socket.CAN_RAW) as bus:
+        bus.bind((name,))
+        for k in range(first, first + count):
+            bus.send(struct.pack("=IB3xI4x", 0x123, 8, k))
+
+
+def test_unplugged_with_frames_queued(vcan, tmp_path):
+    """What is in the socket when the interface goes away is recorded, also when it is back before the recorder looks."""
+    (name,) = vcan()
+    with Recording(tmp_path / "q", name) as recording:
+        for k in range(ROUNDS):
+            hold_up(recording.process)
+            send_some(name, 100 * k, 50)
+            ip("del", name)
+            if k % 2:
+                plug_in(name)
+                send_some(name, 100 * k + 50, 50)
+            recording.process.send_signal(signal.SIGCONT)
+            time.sleep(0.1)
+            if not k % 2:
+                plug_in(name)
+                send_some(name, 100 * k + 50, 50)
+            time.sleep(0.1)
+        recording.stop()
+    assert numbers_of(recording) == list(range(100 * ROUNDS))
+    states = [event["state"] for event in recording.events("link")]
+    assert states.count("gone") == states.count("back") == ROUNDS
+
+
+# numbers frames through, by whatever is called so at that moment; a number counts only once it went
+SENDER = """
+import socket, struct, sys, time
+bus = socket.socket(socket.AF_CAN, socket.SOCK_RAW, socket.CAN_RAW)
+bus.setsockopt(socket.SOL_CAN_RAW, socket.CAN_RAW_FILTER, b"")
+sent, until = 0, time.monotonic() + float(sys.argv[2])
+while time.monotonic() < until:
+    try:
+        bus.sendto(struct.pack("=IB3xI4x", 0x123, 8, sent), (sys.argv[1],))
+        sent += 1
+    except OSError:
+        pass
+    if sent % 9 == 0:
+        time.sleep(0.001)
+print(sent)
+"""
+
+
+def test_plugged_out_and_in_under_load(vcan, tmp_path, capsys):
+    """Sent = logged + reported, exactly, and each gap in the numbers is reported at its place."""
+    (name,) = vcan()
+    generator = random.Random(3)
+    with Recording(tmp_path / "load", name) as recording:
+        sender = subprocess.Popen([sys.executable, "-c", SENDER, name, str(0.5 * ROUNDS)], stdout=subprocess.PIPE, text=True)
+        for _ in range(ROUNDS):
+            time.sleep(0.4 * generator.random())
+            ip("del", name)
+            if generator.random() < 0.5:
+                time.sleep(0.05)
+            plug_in(name)
+        sent = int(sender.communicate()[0])
+        time.sleep(0.3)
+        recording.stop(status=None)
+    numbers, reported = numbers_of(recording), recording.end()["lost"]
+    assert len(numbers) + reported == sent > 1000
+    assert reported == 0 and numbers == list(range(sent))
+    assert recording.process.returncode == 0
+    with capsys.disabled():
+        print(f"\n  {ROUNDS} times out and in: sent {sent}, logged {len(numbers)}, reported {reported}")
+
+
+def test_renamed_and_another_takes_its_name(vcan, tmp_path):
+    """The interface of the name is recorded: under another name as long as nothing else has it, then the other."""
+    first, second = vcan(2)
+    with Recording(tmp_path / "n", first) as recording:
+        sent = 0
+
+        def count(name, frames):
+            nonlocal sent
+            send_some(name, sent, frames)
+            sent += frames
+
+        for k in range(5):
+            count(first, 100)
+            ip("set", first, "down")
+            ip("set", first, "name", "tlaway")
+            ip("set", "tlaway", "up")
+            time.sleep(0.2)
+            count("tlaway", 30)
+            ip("set", second, "down")
+            ip("set", second, "name", first)
+            ip("set", first, "up")
+            time.sleep(0.2)
+            send_some("tlaway", 0xFFFF, 5)  # no longer the one of that name
+            count(first, 200)
+            time.sleep(0.1)
+            ip("set", "tlaway", "down")
+            ip("set", "tlaway", "name", second)
+            ip("set", second, "up")
+        time.sleep(0.1)
+        recording.stop()
+    assert numbers_of(recording) == list(range(sent))
+    changes = [(event["state"], event["name"]) for event in recording.events("link") if event["state"] not in ("up", "down")]
+    assert changes == [("renamed", "tlaway"), ("replaced", first), ("back", first)] * 5
+
+
+def test_frames_of_other_interfaces_stay_out(vcan, tmp_path):
+    """One that is plugged in later too."""
+    first, second = vcan(2)
+    with Recording(tmp_path / "o", first) as recording:
+        send_some(second, 1000, 10)
+        plug_in("tllate")
+        try:
+            send_some("tllate", 2000, 10)
+            send_some(first, 0, 10)
+            time.sleep(0.1)
+        finally:
+            ip("del", "tllate")
+        recording.stop()
+    assert numbers_of(recording) == list(range(10))
+
+
+# ---- the emergency stop -----------------------------------------------------------------------
+
+
+class Button:
+    """A line of a chip that fake_gpio.c is: falls when it is pressed."""
+
+    def __init__(self, folder, library):
+        self.folder, self.pressed_times = folder, 0
+        os.mkfifo(folder / "events")
+        self.level(1)
+        self.fifo = os.open(folder / "events", os.O_RDWR)
+        self.environment = {"LD_PRELOAD": str(library), "FAKE_GPIO": str(folder)}
+
+    def level(self, value):
+        (self.folder / "level").write_text(str(value))
+
+    def press(self):
+        """The edge; its time."""
+        self.pressed_times += 1
+        now = time.monotonic_ns()
+        os.write(self.fifo, struct.pack("=QIIII24x", now, 2, 4, self.pressed_times, self.pressed_times))
+        return now
+
+
+@pytest.fixture(scope="module")
+def fake_gpio(tmp_path_factory):
+    library = tmp_path_factory.mktemp("gpio") / "fake_gpio.so"
+    subprocess.run(["gcc", "-O1", "-shared", "-fPIC", "-o", library, REPOSITORY / "tests/rig/fake_gpio.c"], check=True)
+    return library
+
+
+@pytest.fixture
+def button(tmp_path, fake_gpio, monkeypatch):
+    folder = tmp_path / "gpio"
+    folder.mkdir()
+    button = Button(folder, fake_gpio)
+    yield button
+    os.close(button.fifo)
+
+
+class Guarded(Recording):
+    """A recording with an emergency button, whose words are read while it runs."""
+
+    def __init__(self, button, out, *arguments):
+        before = {name: os.environ.get(name) for name in button.environment}
+        os.environ.update(button.environment)
+        try:
+            super().__init__(out, *arguments, "estop:button=fakechip:4")
+        finally:
+            for name, value in before.items():
+                os.environ.pop(name) if value is None else os.environ.update({name: value})
+        self.said = ""
+        time.sleep(0.3)
+
+    def hears(self, words, seconds=2.0):
+        """Waits for these words; how long that took."""
+        begin = time.monotonic()
+        while words not in self.said:
+            left = begin + seconds - time.monotonic()
+            assert left > 0 and select.select([self.process.stderr], [], [], left)[0], f"{words!r} not in {self.said!r}"
+            self.said += os.read(self.process.stderr.fileno(), 65536).decode()
+        self.said = self.said.split(words, 1)[1]
+        return time.monotonic() - begin
+
+
+def stops_on(bus, count):
+    """Waits for so many stop frames, and takes any that come besides."""
+    found, until = 0, time.monotonic() + 5
+    while found < count and time.monotonic() < until or select.select([bus], [], [], 0)[0]:
+        if select.select([bus], [], [], 0.1)[0]:
+            found += struct.unpack_from("=I", bus.recv(16))[0] == 1
+    return found
+
+
+def listener():
+    bus = socket.socket(socket.AF_CAN, socket.SOCK_RAW, socket.CAN_RAW)
+    bus.bind(("",))
+    bus.setblocking(False)
+    return bus
+
+
+def test_stop_after_a_replug_and_after_down_and_up(vcan, tmp_path, button):
+    """All three frames, each time: no error of the interface's past eats the first one."""
+    (name,) = vcan()
+    with listener() as bus, Guarded(button, tmp_path / "s", "--stop", name, name) as recording:
+        for change in (lambda: ip("del", name), lambda: ip("set", name, "down")) * 3:
+            change()
+            recording.hears("an emergency stop CANNOT BE SENT on")
+            if not os.path.exists(f"/sys/class/net/{name}"):
+                ip("add", "dev", name, "type", "vcan")
+            ip("set", name, "up")
+            button.press()
+            recording.hears(f"button: emergency stop sent on {name}, 3 of 3 frames")
+            assert stops_on(bus, 3) == 3
+        recording.stop()
+    stops = recording.events("stop")
+    assert [(stop["sent"], stop["frames"], stop["errno"]) for stop in stops] == [(True, 3, 0)] * 6
+    ready = [event["ready"] for event in recording.events("stop_path")]
+    assert [now for before, now in itertools.pairwise([False, *ready]) if now != before] == [True] + [False, True] * 6
+
+
+def test_each_edge_is_answered_or_refused_aloud(vcan, tmp_path, button, capsys):
+    """With random unplugging between: every edge put three frames on the bus, or was told not to have; the record agrees."""
+    (name,) = vcan()
+    generator, there, sent, refused, slowest = random.Random(8), True, 0, 0, 0.0
+    with listener() as bus, Guarded(button, tmp_path / "s", "--stop", name) as recording:
+        for _ in range(10 * ROUNDS):
+            if generator.random() < 0.3:
+                ip("del", name) if there else plug_in(name)
+                there = not there
+            button.press()
+            slowest = max(slowest, recording.hears("mergency stop sent on" if there else "EMERGENCY STOP NOT SENT on"))
+            assert stops_on(bus, 3 * there) == 3 * there
+            sent, refused = sent + there, refused + (not there)
+        recording.stop(status=1)
+    told = [stop["frames"] for stop in recording.events("stop")]
+    assert (told.count(3), told.count(0)) == (sent, refused)
+    assert recording.at_end("button")["stops_failed"] == refused > 0
+    with capsys.disabled():
+        print(f"\n  {sent} stops sent, {refused} refused aloud; told within {1e3 * slowest:.0f} ms")
+
+
+def test_a_pressed_button_lets_nobody_play(vcan, tmp_path, button):
+    (name,) = vcan()
+    button.level(0)
+    write_trajectory(tmp_path / "t.csv", rows=100)
+    play = ("--play", tmp_path / "t.csv", "--limits", LIMITS, "--play-latest", 60)
+    with listener() as bus, Guarded(button, tmp_path / "p", *play, "--stop", name, name) as recording:
+        assert "button: the emergency stop is pressed: nothing is played" in recording.wait(status=1)
+        with pytest.raises(BlockingIOError):
+            bus.recv(16)
+    assert not recording.log.exists()
+    with Guarded(button, tmp_path / "r", "--stop", name, name) as recording:
+        recording.hears("button: the emergency stop is pressed")
+        recording.stop()
+    assert recording.events("header")[0]["sources"][1]["pressed"] is True
+
+
+def test_the_drives_are_told_to_hold_over_a_short_outage(vcan, tmp_path):
+    """The closing heartbeat is tried again; where it never goes, that is the word and the status."""
+    (name,) = vcan()
+    write_trajectory(tmp_path / "t.csv", rows=20000)
+    play = ("--play", tmp_path / "t.csv", "--play-latest", 60, "--limits", LIMITS)
+    for back in (True, False):
+        with Recording(tmp_path / f"p{back}", *play, name) as recording:
+            time.sleep(1)
+            ip("set", name, "down")
+            if back:
+                time.sleep(0.1)
+                ip("set", name, "up")
+            printed = recording.wait(status=1)
+        (told,) = recording.events("play")
+        assert told["held"] is back and told["end"] == "refused by the kernel"
+        assert "refused by the kernel" in printed
+        ip("set", name, "up")
+    assert int(read_lines(tmp_path / "pTrue.log")[-1][2], 16) == 0x010
