@@ -40,11 +40,7 @@ const tl_effect_kind *tl_effect_find(const char *name) {
 
 int tl_effect_applies(const tl_effect_kind *kind, const tl_model *m, int joint) {
   if (!kind || !m || joint < 0 || joint > TL_MAX_JOINTS) return 0;
-  if (m->plant == TL_PLANT_LEG) {
-    static const int place[TL_MAX_JOINTS + 1] = {TL_EFFECT_AT_KNEE, TL_EFFECT_AT_ANKLE, TL_EFFECT_AT_BASE};
-    return (kind->places & place[joint]) != 0;
-  }
-  return joint == 0 && (kind->places & TL_EFFECT_AT_SINGLE) != 0;
+  return (kind->places & tl_plant_facts(m->plant)->place[joint]) != 0;
 }
 
 tl_effect tl_effect_typical(const tl_effect_kind *kind, int joint) {
@@ -115,45 +111,10 @@ tl_status tl_effects_check(const tl_effect *effect, int n, const tl_model *m) {
   return TL_OK;
 }
 
-/* ratio of the joint's drive where its torque is the motor's; 1 where it is the joint's */
-static double torque_ratio(const tl_model *m, int joint, double q) {
-  double ratio, slope;
-
-  if (m->plant != TL_PLANT_LEG) return 1.0;
-  tl_transmission_ratio(&m->drive[joint].transmission, q, &ratio, &slope);
-  return ratio;
-}
-
-static void motor_side(const tl_model *m, int joint, double q, tl_effect_instant *now) {
-  double slope;
-
-  now->motor_rad = q;
-  now->ratio = 1.0;
-  if (m->plant == TL_PLANT_SLIDER) return;
-  now->motor_rad = tl_transmission_motor_angle(&m->drive[joint].transmission, q);
-  tl_transmission_ratio(&m->drive[joint].transmission, q, &now->ratio, &slope);
-}
-
-/* gravity's lever arms turned by a right angle: a tilt of the base turns every absolute angle */
 double tl_effect_tilt_of(const tl_model *m, const tl_motion *motion, int joint) {
-  static const double quarter = 1.5707963267948966;
-  double torque[TL_MAX_JOINTS], joint_torque[TL_MAX_JOINTS];
-  tl_model still = *m;
-  tl_motion turned;
-  int j;
+  double joint_torque[TL_MAX_JOINTS];
 
-  if (m->plant == TL_PLANT_SLIDER) return 0.0;
-  /* g sin(q + pi/2) = g cos q is what sin q changes by per rad */
-  memset(&turned, 0, sizeof turned);
-  for (j = 0; j < TL_MAX_JOINTS; j++) {
-    turned.q[j] = motion->q[j];
-    still.drive[j].coulomb_Nm = still.drive[j].viscous_Nms_rad = 0.0;
-    if (tl_transmission_fixed(&still.drive[j].transmission, 1.0) != TL_OK) return 0.0;
-  }
-  still.torque_offset_Nm = 0.0;
-  turned.q[0] += quarter;
-  tl_inverse(&still, &turned, torque);
-  tl_joint_torque(&still, turned.q, torque, joint_torque);
+  tl_gravity_tilt(m, motion->q, joint_torque);
   return joint_torque[joint];
 }
 
@@ -164,17 +125,8 @@ void tl_effect_place_of(const tl_model *m, const tl_motion *motion, int joint, d
   now->v = motion->v[joint];
   now->slip = motion->slip[joint];
   now->t_s = t_s;
-  motor_side(m, joint, now->q, now);
-}
-
-/* what the ankle's rotor takes, in the joint's coordinate */
-static double rotor_torque(const tl_model *m, const tl_motion *motion, int joint) {
-  double ratio, slope;
-
-  if (m->plant != TL_PLANT_LEG || joint != 1) return 0.0;
-  tl_transmission_ratio(&m->drive[1].transmission, motion->q[1], &ratio, &slope);
-  return m->drive[1].rotor_inertia_kg_m2 * ratio *
-         (ratio * motion->a[1] + slope * motion->v[1] * motion->v[1]);
+  now->motor_rad = tl_motor_angle(m, joint, now->q);
+  now->ratio = tl_motor_ratio(m, joint, now->q);
 }
 
 void tl_effect_instant_of(const tl_model *m, const tl_motion *motion, int joint, double t_s,
@@ -185,11 +137,10 @@ void tl_effect_instant_of(const tl_model *m, const tl_motion *motion, int joint,
   tl_effect_place_of(m, motion, joint, t_s, now);
   tl_inverse(m, motion, torque);
   now->friction_Nm = d->coulomb_Nm * now->slip + d->viscous_Nms_rad * now->v;
-  now->rotor_Nm = rotor_torque(m, motion, joint);
-  now->load_Nm = torque[joint] * torque_ratio(m, joint, now->q) - now->friction_Nm;
-  if (m->plant == TL_PLANT_PENDULUM) now->load_Nm -= m->torque_offset_Nm;
-  if (m->plant == TL_PLANT_SLIDER) now->load_Nm -= m->force_offset_N;
-  now->motor_Nm = m->plant == TL_PLANT_LEG ? torque[joint] : torque[joint] / now->ratio;
+  now->rotor_Nm = tl_rotor_torque(m, motion, joint);
+  now->load_Nm = torque[joint] * tl_torque_ratio(m, joint, now->q) - now->friction_Nm;
+  now->load_Nm -= tl_joint_offset(m, joint);
+  now->motor_Nm = tl_motor_torque(m, torque[joint], now->ratio);
   now->gravity_tilt_Nm = tl_effect_tilt_of(m, motion, joint);
   if (!effort_Nm) return;
   /* with a sensor at the output the drive's torque is known, and is what the gear carries */
@@ -265,7 +216,7 @@ double tl_effects_torque(const tl_effect *effect, int n, const tl_model *m, cons
   /* the motor bears the mechanical ones, and its current shows what it bears */
   if (!effort_Nm) now.motor_Nm += sum / now.ratio;
   sum += sum_of(effect, n, joint, TL_EFFECT_MEASURED, &now);
-  return sum / torque_ratio(m, joint, now.q);
+  return sum / tl_torque_ratio(m, joint, now.q);
 }
 
 /* ---- over a stretch -------------------------------------------------------------- */
@@ -319,7 +270,7 @@ void tl_effects_along(const tl_effect *effect, int n, const tl_effect_stretch *s
     kind->along(s, effect[e].joint, effect[e].value + kind->strengths, joint, column);
     for (k = 0; k < kind->strengths; k++)
       for (i = 0; i < s->n && effect[e].value[k] != 0.0; i++)
-        sum[i] +=
-            effect[e].value[k] * column[(size_t)k * s->n + i] / torque_ratio(s->model, joint, s->q[joint][i]);
+        sum[i] += effect[e].value[k] * column[(size_t)k * s->n + i] /
+                  tl_torque_ratio(s->model, joint, s->q[joint][i]);
   }
 }

@@ -30,17 +30,8 @@ tl_model tl_effect_bare_model(const tl_model *m) {
     make_rigid(&bare.drive[j].transmission);
     bare.drive[j].rotor_inertia_kg_m2 = 0.0;
   }
-  bare.torque_offset_Nm = bare.force_offset_N = 0.0;
+  tl_clear_offsets(&bare);
   return bare;
-}
-
-void tl_effect_take_motor(tl_model *m, int joint, double motor_share) {
-  make_rigid(&m->drive[joint].transmission);
-  m->drive[joint].rotor_inertia_kg_m2 = 0.0;
-  if (joint != 0) return;
-  m->shank_inertia_kg_m2 *= 1.0 - motor_share;
-  m->inertia_kg_m2 *= 1.0 - motor_share;
-  m->mass_kg *= 1.0 - motor_share;
 }
 
 tl_status tl_effect_change_linkage(const tl_effect_change *c, const tl_transmission *t,

@@ -55,7 +55,7 @@ void tl_columns_link(const tl_effect_stretch *s, const tl_flexible_joint *p, int
 
   tl_columns_nothing(column, s->n);
   if (s->n == 0 || (shows >= TL_MAX_JOINTS && !tl_columns_sees(joint, shows))) return;
-  tl_effect_take_motor(&bare, joint, p->motor_share);
+  tl_take_motor(&bare, joint, p->motor_share);
   link = link_of(s, &bare, p, joint);
   tl_columns_load(s, &bare, joint, load);
   for (i = 0; i < s->n; i++) other[i] = load[i] - link.inertia_kg_m2 * s->a[joint][i];

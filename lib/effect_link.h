@@ -10,8 +10,6 @@
 
 /* without friction and offset, each torque that of its joint, and without the ankle's rotor */
 tl_model tl_effect_bare_model(const tl_model *m);
-/* take what turns with the motor of `joint` out of m, whose torque there then is the joint's */
-void tl_effect_take_motor(tl_model *m, int joint, double motor_share);
 /* A transmission with the change's linkage dimensions. TL_ERR_UNSUPPORTED where there is no linkage, but
  * for a change without any. Errors of tl_transmission_screw_linkage. */
 TL_CHECK tl_status tl_effect_change_linkage(const tl_effect_change *c, const tl_transmission *t,

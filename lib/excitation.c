@@ -181,10 +181,10 @@ tl_status tl_excitation_paper(tl_excitation *e, int joints) {
 }
 
 tl_multisine_settings tl_multisine_defaults(const tl_model *m) {
-  tl_multisine_settings s = {0.25, 8, 0.5, {0.0, 0.0}, {0.5, 0.35}, 2.0, 1};
+  const tl_plant_bench *bench = &tl_plant_facts(m->plant)->bench;
+  tl_multisine_settings s = {0.25, 8, 0.5, {0.0, 0.0}, {0.0, 0.0}, 2.0, 1};
 
-  if (m->plant == TL_PLANT_PENDULUM) s.amplitude[0] = 0.8;
-  if (m->plant == TL_PLANT_SLIDER) s.amplitude[0] = 0.1;
+  memcpy(s.amplitude, bench->multisine_amplitude, sizeof s.amplitude);
   return s;
 }
 
@@ -235,14 +235,11 @@ tl_status tl_excitation_multisine(tl_excitation *e, int joints, const tl_multisi
 }
 
 tl_ramp_settings tl_ramp_defaults(const tl_model *m) {
-  tl_ramp_settings s = {{0.3, 0.09, 0.03}, {0.4, 0.3}, 1.2, 0.4, 5.0};
-  int i;
+  const tl_plant_bench *bench = &tl_plant_facts(m->plant)->bench;
+  tl_ramp_settings s = {{0.0}, {0.0, 0.0}, 1.2, 0.4, bench->ramp_acceleration};
 
-  if (m->plant == TL_PLANT_SLIDER) {
-    for (i = 0; i < TL_RAMP_SPEEDS; i++) s.speed[i] *= 0.2;
-    s.amplitude[0] = 0.1;
-    s.acceleration = 1.0;
-  }
+  memcpy(s.speed, bench->ramp_speed, sizeof s.speed);
+  memcpy(s.amplitude, bench->ramp_amplitude, sizeof s.amplitude);
   return s;
 }
 

@@ -7,35 +7,21 @@
 #include "kinematics_stops.h"
 #include "talus/transmission.h"
 
-static int has(uint32_t recorded, tl_channel c) {
-  return (recorded & TL_CHANNEL_BIT(c)) != 0;
-}
-
 static tl_channel if_recorded(uint32_t recorded, tl_channel c) {
-  return has(recorded, c) ? c : TL_CHANNEL_COUNT;
-}
-
-static void layout_leg(tl_layout *layout, const tl_model *m) {
-  layout->position[0] = TL_CHANNEL_KNEE_MOTOR;
-  layout->position[1] = TL_CHANNEL_ANKLE_MOTOR;
-  layout->effort[0] = TL_CHANNEL_KNEE_CURRENT;
-  layout->effort[1] = TL_CHANNEL_ANKLE_CURRENT;
-  layout->effort_scale[0] = m->drive[0].torque_constant_Nm_A;
-  layout->effort_scale[1] = m->drive[1].torque_constant_Nm_A;
+  return c != TL_NO_CHANNEL && (recorded & TL_CHANNEL_BIT(c)) ? c : TL_NO_CHANNEL;
 }
 
 /* a recorded torque is nearer to the joint than a current and is preferred */
-static void layout_pendulum(tl_layout *layout, const tl_model *m, uint32_t recorded) {
-  double ratio, slope;
+static void layout_joint(tl_layout *layout, const tl_model *m, uint32_t recorded, int joint) {
+  const tl_sensors *s = &tl_plant_facts(m->plant)->sensors;
 
-  layout->position[0] = if_recorded(recorded, TL_CHANNEL_JOINT);
-  layout->velocity[0] = if_recorded(recorded, TL_CHANNEL_JOINT_VELOCITY);
-  layout->load = if_recorded(recorded, TL_CHANNEL_JOINT_LOAD);
-  layout->effort[0] = TL_CHANNEL_JOINT_TORQUE;
-  if (has(recorded, TL_CHANNEL_JOINT_TORQUE)) return;
-  tl_transmission_ratio(&m->drive[0].transmission, 0.0, &ratio, &slope);
-  layout->effort[0] = TL_CHANNEL_JOINT_CURRENT;
-  layout->effort_scale[0] = ratio * m->drive[0].torque_constant_Nm_A;
+  layout->position[joint] = if_recorded(recorded, s->position[joint]);
+  layout->velocity[joint] = if_recorded(recorded, s->velocity[joint]);
+  layout->effort[joint] = if_recorded(recorded, s->torque[joint]);
+  layout->effort_scale[joint] = 1.0;
+  if (layout->effort[joint] != TL_NO_CHANNEL) return;
+  layout->effort[joint] = if_recorded(recorded, s->current[joint]);
+  layout->effort_scale[joint] = tl_torque_per_current(m, joint, 0.0);
 }
 
 tl_status tl_layout_init(tl_layout *layout, const tl_model *m, uint32_t recorded) {
@@ -47,16 +33,11 @@ tl_status tl_layout_init(tl_layout *layout, const tl_model *m, uint32_t recorded
   for (j = 0; j < 2; j++)
     if (set.any_of[j] && !(recorded & set.any_of[j])) return TL_ERR_UNSUPPORTED;
   for (j = 0; j < TL_MAX_JOINTS; j++) {
-    layout->position[j] = layout->velocity[j] = layout->effort[j] = TL_CHANNEL_COUNT;
+    layout->position[j] = layout->velocity[j] = layout->effort[j] = TL_NO_CHANNEL;
     layout->effort_scale[j] = 1.0;
   }
-  layout->load = TL_CHANNEL_COUNT;
-  if (m->plant == TL_PLANT_LEG) layout_leg(layout, m);
-  if (m->plant == TL_PLANT_PENDULUM) layout_pendulum(layout, m, recorded);
-  if (m->plant == TL_PLANT_SLIDER) {
-    layout->position[0] = TL_CHANNEL_SLIDER;
-    layout->effort[0] = TL_CHANNEL_SLIDER_FORCE;
-  }
+  layout->load = if_recorded(recorded, tl_plant_facts(m->plant)->sensors.load);
+  for (j = 0; j < tl_joint_count(m); j++) layout_joint(layout, m, recorded, j);
   return TL_OK;
 }
 
@@ -175,7 +156,7 @@ static tl_status velocity_motion(const joint_work *w, tl_track *track, int j) {
 }
 
 static const tl_transmission *motor_side(const tl_model *m, int joint) {
-  return m->plant == TL_PLANT_LEG ? &m->drive[joint].transmission : NULL;
+  return tl_plant_facts(m->plant)->sensors.at_motor ? &m->drive[joint].transmission : NULL;
 }
 
 size_t tl_kinematics_workspace(size_t capacity) {

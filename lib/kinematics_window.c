@@ -116,7 +116,7 @@ static double typical_ratio(const tl_model *m, int joint, const double *x, size_
   double sum = 0.0, ratio, slope;
   size_t i;
 
-  if (m->plant != TL_PLANT_LEG) return 1.0;
+  if (!tl_plant_facts(m->plant)->sensors.at_motor) return 1.0;
   for (i = 0; i < n; i++) sum += x[i];
   tl_transmission_ratio(t, tl_transmission_joint_angle(t, sum / (double)n), &ratio, &slope);
   return fabs(ratio);

@@ -1,4 +1,4 @@
-/* math_inline.h: sine and cosine for hot loops, private to the library.
+/* math_inline.h: sine, cosine and tests of numbers for hot loops, private to the library.
  *
  * The dynamics need several of them each cycle, so the code may be placed
  * where it is used; the bits are those of tl_sincos, which is this function.
@@ -14,6 +14,11 @@
 #include "math_coefficients.h"
 
 #define TL_SINCOS_NEAR_RAD 1e5
+
+/* a finite number: false for NaN and infinities */
+static inline int tl_is_finite(double x) {
+  return x - x == 0.0;
+}
 
 /* Adding and taking away 1.5 * 2^52 rounds to the nearest whole number; the
  * sum's lowest bits are that number's, in two's complement. */

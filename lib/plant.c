@@ -1,4 +1,4 @@
-/* plant.c: one interface over leg, pendulum and slider, see talus/plant.h. */
+/* plant.c: dynamics of any plant by its row of the table, see talus/plant.h. */
 #include "talus/plant.h"
 
 #include "plant_internal.h"
@@ -10,7 +10,7 @@ static double sign_of(double x) {
 void tl_slip_from_velocity(const tl_model *m, tl_motion *motion) {
   double ankle_speed = motion->v[1];
 
-  if (m->plant == TL_PLANT_LEG && m->form == TL_FORM_PAPER) ankle_speed += motion->v[0];
+  if (m->form == TL_FORM_PAPER) ankle_speed += motion->v[0];
   motion->slip[0] = sign_of(motion->v[0]);
   motion->slip[1] = sign_of(ankle_speed);
 }
@@ -25,20 +25,18 @@ static void signs_of(const double *restrict x, const double *restrict plus, size
   }
 }
 
-void tl_piece_slip(const tl_model *m, const double *const v[TL_MAX_JOINTS], size_t n,
-                   double slip[TL_MAX_JOINTS][TL_PIECE]) {
-  int paper = m->plant == TL_PLANT_LEG && m->form == TL_FORM_PAPER;
+void tl_slip_block(const tl_model *m, const double *const v[TL_MAX_JOINTS], size_t n,
+                   double slip[TL_MAX_JOINTS][TL_BLOCK_ROWS]) {
+  int paper = m->form == TL_FORM_PAPER;
 
   signs_of(v[0], NULL, n, slip[0]);
   if (tl_joint_count(m) > 1) signs_of(v[1], paper ? v[0] : NULL, n, slip[1]);
 }
 
 void tl_inverse(const tl_model *m, const tl_motion *motion, double torque[TL_MAX_JOINTS]) {
-  switch (m->plant) {
-  case TL_PLANT_LEG: tl_leg_inverse(m, motion, torque); break;
-  case TL_PLANT_PENDULUM: tl_pendulum_inverse(m, motion, torque); break;
-  case TL_PLANT_SLIDER: tl_slider_inverse(m, motion, torque); break;
-  }
+  const tl_plant_table *t = tl_plant_table_of(m->plant);
+
+  if (t->inverse) t->inverse(m, motion, torque);
 }
 
 void tl_inverse_batch(const tl_model *m, size_t n, const double *q, const double *v, const double *a,
@@ -65,66 +63,118 @@ void tl_inverse_batch(const tl_model *m, size_t n, const double *q, const double
 
 /* one degree of freedom: what torque is left after the rest, over the inertia */
 static tl_status forward_one(const tl_model *m, const double torque[TL_MAX_JOINTS], tl_motion *motion) {
-  double inertia = m->plant == TL_PLANT_SLIDER ? m->mass_kg : m->inertia_kg_m2, bias[TL_MAX_JOINTS];
+  double inertia[TL_MAX_JOINTS * TL_MAX_JOINTS], bias[TL_MAX_JOINTS];
   tl_motion at_rest = *motion;
 
-  if (!(inertia > 0.0)) return TL_ERR_SINGULAR;
+  tl_inertia_matrix(m, motion->q, inertia);
+  if (!(inertia[0] > 0.0)) return TL_ERR_SINGULAR;
   at_rest.a[0] = 0.0;
   tl_inverse(m, &at_rest, bias);
-  motion->a[0] = (torque[0] - bias[0]) / inertia;
+  motion->a[0] = (torque[0] - bias[0]) / inertia[0];
   return TL_OK;
 }
 
 tl_status tl_forward(const tl_model *m, const double torque[TL_MAX_JOINTS], tl_motion *motion) {
-  switch (m->plant) {
-  case TL_PLANT_LEG: return tl_leg_forward(m, torque, motion);
-  case TL_PLANT_PENDULUM:
-  case TL_PLANT_SLIDER: return forward_one(m, torque, motion);
-  }
-  return TL_ERR_ARGUMENT;
+  const tl_plant_table *t = tl_plant_table_of(m->plant);
+
+  if (t->forward) return t->forward(m, torque, motion);
+  return t->facts.joints == 1 ? forward_one(m, torque, motion) : TL_ERR_ARGUMENT;
 }
 
 void tl_inertia_matrix(const tl_model *m, const double q[TL_MAX_JOINTS],
                        double matrix[TL_MAX_JOINTS * TL_MAX_JOINTS]) {
-  switch (m->plant) {
-  case TL_PLANT_LEG: tl_leg_inertia_matrix(m, q, matrix); break;
-  case TL_PLANT_PENDULUM: matrix[0] = m->inertia_kg_m2; break;
-  case TL_PLANT_SLIDER: matrix[0] = m->mass_kg; break;
-  }
+  const tl_plant_table *t = tl_plant_table_of(m->plant);
+
+  if (t->inertia_matrix) t->inertia_matrix(m, q, matrix);
 }
 
 void tl_joint_torque(const tl_model *m, const double q[TL_MAX_JOINTS], const double torque[TL_MAX_JOINTS],
                      double joint_torque[TL_MAX_JOINTS]) {
+  const tl_plant_table *t = tl_plant_table_of(m->plant);
   double ratio[TL_MAX_JOINTS] = {1.0, 1.0};
-  int joints = tl_joint_count(m), j;
+  int j;
 
-  if (m->plant == TL_PLANT_LEG) tl_leg_ratios(m, q, ratio);
-  for (j = 0; j < TL_MAX_JOINTS && j < joints; j++) joint_torque[j] = ratio[j] * torque[j];
+  if (t->ratios) t->ratios(m, q, ratio);
+  for (j = 0; j < TL_MAX_JOINTS && j < t->facts.joints; j++) joint_torque[j] = ratio[j] * torque[j];
 }
 
 void tl_energy(const tl_model *m, const tl_motion *motion, double *kinetic_J, double *potential_J) {
+  const tl_plant_table *t = tl_plant_table_of(m->plant);
   double matrix[TL_MAX_JOINTS * TL_MAX_JOINTS] = {0.0}, twice = 0.0;
-  int joints = tl_joint_count(m), i, j;
+  int joints = t->facts.joints, i, j;
 
   tl_inertia_matrix(m, motion->q, matrix);
   for (i = 0; i < joints; i++)
     for (j = 0; j < joints; j++) twice += matrix[i * joints + j] * motion->v[i] * motion->v[j];
   *kinetic_J = 0.5 * twice;
-  *potential_J = 0.0;
-  if (m->plant == TL_PLANT_LEG) *potential_J = tl_leg_potential(m, motion->q);
-  if (m->plant == TL_PLANT_PENDULUM) *potential_J = tl_pendulum_potential(m, motion->q);
+  *potential_J = t->potential ? t->potential(m, motion->q) : 0.0;
+}
+
+void tl_tilt_by_turning(const tl_model *m, const double q[TL_MAX_JOINTS],
+                        double joint_torque[TL_MAX_JOINTS]) {
+  static const double quarter = 1.5707963267948966;
+  double torque[TL_MAX_JOINTS];
+  tl_model still = *m;
+  tl_motion turned = {{0.0}, {0.0}, {0.0}, {0.0}};
+  int j;
+
+  /* g sin(q + pi/2) = g cos q is what sin q changes by per rad */
+  for (j = 0; j < TL_MAX_JOINTS; j++) {
+    turned.q[j] = q[j];
+    still.drive[j].coulomb_Nm = still.drive[j].viscous_Nms_rad = 0.0;
+    if (tl_transmission_fixed(&still.drive[j].transmission, 1.0) != TL_OK) return;
+  }
+  tl_clear_offsets(&still);
+  turned.q[0] += quarter;
+  tl_inverse(&still, &turned, torque);
+  tl_joint_torque(&still, turned.q, torque, joint_torque);
+}
+
+void tl_gravity_tilt(const tl_model *m, const double q[TL_MAX_JOINTS], double joint_torque[TL_MAX_JOINTS]) {
+  const tl_plant_table *t = tl_plant_table_of(m->plant);
+  int j;
+
+  for (j = 0; j < t->facts.joints; j++) joint_torque[j] = 0.0;
+  if (t->tilt) t->tilt(m, q, joint_torque);
 }
 
 void tl_regressor(const tl_model *m, const tl_motion *motion, double row[TL_MAX_JOINTS * TL_MAX_ROW],
                   double known[TL_MAX_JOINTS]) {
+  const tl_plant_table *t = tl_plant_table_of(m->plant);
   int i;
 
-  if (m->plant == TL_PLANT_LEG) {
-    tl_leg_regressor(m, motion, row, known);
-    return;
-  }
   for (i = 0; i < TL_MAX_JOINTS * TL_MAX_ROW; i++) row[i] = 0.0;
-  known[0] = known[1] = 0.0;
-  if (m->plant == TL_PLANT_PENDULUM) tl_pendulum_regressor(m, motion, row);
-  if (m->plant == TL_PLANT_SLIDER) tl_slider_regressor(motion, row);
+  for (i = 0; i < TL_MAX_JOINTS; i++) known[i] = 0.0;
+  if (t->regressor) t->regressor(m, motion, row, known);
+}
+
+/* rows of any plant, one instant after the other */
+static void put_rows(const tl_model *m, const tl_motion_block *motion, size_t n, tl_regressor_block *rows) {
+  double row[TL_MAX_JOINTS * TL_MAX_ROW], known[TL_MAX_JOINTS];
+  int joints = tl_joint_count(m), j, c;
+  size_t i;
+
+  for (i = 0; i < n; i++) {
+    tl_motion now = {{0.0}, {0.0}, {0.0}, {0.0}};
+    for (j = 0; j < joints; j++) {
+      now.q[j] = motion->q[j][i];
+      now.v[j] = motion->v[j][i];
+      now.a[j] = motion->a[j][i];
+      now.slip[j] = motion->slip[j][i];
+    }
+    tl_regressor(m, &now, row, known);
+    for (j = 0; j < joints; j++) {
+      for (c = 0; c < TL_MAX_ROW; c++) rows->column[j][c][i] = row[j * TL_MAX_ROW + c];
+      rows->known[j][i] = known[j];
+    }
+  }
+}
+
+void tl_regressor_rows(const tl_model *m, const tl_motion_block *motion, size_t n, tl_regressor_block *rows) {
+  const tl_plant_table *t = tl_plant_table_of(m->plant);
+
+  if (t->rows)
+    t->rows(m, motion, n, rows);
+  else
+    put_rows(m, motion, n, rows);
 }

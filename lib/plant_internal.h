@@ -1,4 +1,4 @@
-/* plant_internal.h: what plant.c asks of each plant, inside lib/. */
+/* plant_internal.h: one plant's row in the table of plants, private to lib/plant*.c. */
 #ifndef TALUS_PLANT_INTERNAL_H
 #define TALUS_PLANT_INTERNAL_H
 
@@ -7,56 +7,56 @@
 
 #include "talus/plant.h"
 
-/* inverse dynamics of one plant: torque as recorded */
-void tl_leg_inverse(const tl_model *m, const tl_motion *motion, double torque[TL_MAX_JOINTS]);
-void tl_pendulum_inverse(const tl_model *m, const tl_motion *motion, double torque[TL_MAX_JOINTS]);
-void tl_slider_inverse(const tl_model *m, const tl_motion *motion, double torque[TL_MAX_JOINTS]);
-
-tl_status tl_leg_forward(const tl_model *m, const double torque[TL_MAX_JOINTS], tl_motion *motion);
-void tl_leg_inertia_matrix(const tl_model *m, const double q[TL_MAX_JOINTS], double matrix[4]);
-void tl_leg_ratios(const tl_model *m, const double q[TL_MAX_JOINTS], double ratio[TL_MAX_JOINTS]);
-
-/* potential energy [J]; kinetic energy follows from the inertia matrix */
-double tl_leg_potential(const tl_model *m, const double q[TL_MAX_JOINTS]);
-double tl_pendulum_potential(const tl_model *m, const double q[TL_MAX_JOINTS]);
-
-/* the rows' factors, densely in the order of the plant's tl_row_index, and what is known */
-void tl_leg_regressor(const tl_model *m, const tl_motion *motion, double *row, double known[TL_MAX_JOINTS]);
-void tl_pendulum_regressor(const tl_model *m, const tl_motion *motion, double *row);
-void tl_slider_regressor(const tl_motion *motion, double *row);
-
-/* Many instants at once: where a motion stands, and its rows, column after column, with room for
- * the target behind a joint's last column. With 64 instants the rows take 10 KiB: for the stack of
- * a controller. */
-#define TL_PIECE 64
-typedef struct tl_piece {
-  const double *q[TL_MAX_JOINTS], *v[TL_MAX_JOINTS], *a[TL_MAX_JOINTS], *slip[TL_MAX_JOINTS];
-} tl_piece;
-typedef struct tl_piece_rows {
-  double column[TL_MAX_JOINTS][TL_MAX_ROW + 1][TL_PIECE];
-  double known[TL_MAX_JOINTS][TL_PIECE];
-} tl_piece_rows;
-
-/* slip of n instants as tl_slip_from_velocity says, (n) for each joint of the plant */
-void tl_piece_slip(const tl_model *m, const double *const v[TL_MAX_JOINTS], size_t n,
-                   double slip[TL_MAX_JOINTS][TL_PIECE]);
-/* rows of n <= TL_PIECE instants, the same bits as tl_leg_regressor's */
-void tl_leg_piece(const tl_model *restrict m, const tl_piece *restrict s, size_t n,
-                  tl_piece_rows *restrict rows);
-
-/* what is identified: names, places, bounds; base values and their derivatives */
+/* Everything that is asked about a plant. Where it says Nullable, plant.c or plant_model.c has what most plants do. */
 typedef struct tl_plant_table {
-  const char *joint[TL_MAX_JOINTS];
-  int joints;
+  tl_facts facts;
+
+  /* model file, and what of it is identified */
+  const tl_key *key;
+  int keys;
   const tl_parameter *parameter;
   int parameters;
   const char *const *base;
   int bases;
   void (*base_at)(const tl_model *m, const double *p, double *base);
   void (*base_jacobian)(const tl_model *m, double *jacobian); /* into zeros */
+
+  /* dynamics, as the functions of plant.h say; torques as recorded */
+  void (*inverse)(const tl_model *m, const tl_motion *motion, double torque[TL_MAX_JOINTS]);
+  /* Nullable: of one joint, by its inertia */
+  tl_status (*forward)(const tl_model *m, const double torque[TL_MAX_JOINTS], tl_motion *motion);
+  void (*inertia_matrix)(const tl_model *m, const double q[TL_MAX_JOINTS], double *matrix);
+  /* Nullable: 0 */
+  double (*potential)(const tl_model *m, const double q[TL_MAX_JOINTS]);
+  /* Nullable: gravity does nothing; tl_tilt_by_turning does for joints that turn about the tilt's axis */
+  void (*tilt)(const tl_model *m, const double q[TL_MAX_JOINTS], double joint_torque[TL_MAX_JOINTS]);
+  /* Nullable: the torques are the joints' */
+  void (*ratios)(const tl_model *m, const double q[TL_MAX_JOINTS], double ratio[TL_MAX_JOINTS]);
+  /* the rows, densely in the order of tl_row_index, and what is known, into zeros */
+  void (*regressor)(const tl_model *m, const tl_motion *motion, double *row, double known[TL_MAX_JOINTS]);
+  /* Nullable: one instant after the other */
+  void (*rows)(const tl_model *restrict m, const tl_motion_block *restrict motion, size_t n,
+               tl_regressor_block *restrict rows);
+  /* Nullable: every base parameter in its order */
+  int (*row_index)(const tl_model *m, int joint, int *index);
+
+  /* places of numbers in tl_model, 0 where there is none */
+  size_t offset[TL_MAX_JOINTS];  /* constant torque */
+  size_t inertia[TL_MAX_JOINTS]; /* a joint's own, of which its motor is a share */
+  size_t gravity_moment;         /* 0 there: no gravity */
+  size_t gravity_zero;
+  int rotor[TL_MAX_JOINTS]; /* 1: rotor_inertia_kg_m2 of the drive counts */
 } tl_plant_table;
 
-extern const tl_plant_table tl_leg_table, tl_pendulum_table, tl_slider_table;
+/* tl_plant_leg, tl_plant_pendulum, ...: one for each row of TL_PLANTS */
+#define TL_PLANT_DECLARATION(upper, lower) extern const tl_plant_table tl_plant_##lower;
+TL_PLANTS(TL_PLANT_DECLARATION)
+
+/* the row of a model's plant; of an unknown one: no joints, no functions */
+const tl_plant_table *tl_plant_table_of(tl_plant plant);
+
+/* tilt of a plant whose absolute angles it turns: gravity's lever arms turned by a right angle */
+void tl_tilt_by_turning(const tl_model *m, const double q[TL_MAX_JOINTS], double joint_torque[TL_MAX_JOINTS]);
 
 /* no lower bound */
 #define TL_UNBOUNDED (-HUGE_VAL)
@@ -64,5 +64,19 @@ extern const tl_plant_table tl_leg_table, tl_pendulum_table, tl_slider_table;
 /* place of a drive's number in tl_model */
 #define TL_DRIVE_OFFSET(joint, field)                                                                        \
   (offsetof(tl_model, drive) + (size_t)(joint) * sizeof(tl_drive) + offsetof(tl_drive, field))
+
+/* keys of a rotary drive's section without its end: a rotor, or nothing, and TL_FRICTION_KEYS follow */
+#define TL_DRIVE_KEYS(section, joint)                                                                        \
+  {section ".transmission", TL_DRIVE_OFFSET(joint, transmission), TL_KEY_TRANSMISSION, 0}, {                 \
+    section ".torque_constant_Nm_A", TL_DRIVE_OFFSET(joint, torque_constant_Nm_A), TL_KEY_POSITIVE, 0        \
+  }
+#define TL_FRICTION_KEYS(section, joint)                                                                     \
+  {section ".friction.coulomb_Nm", TL_DRIVE_OFFSET(joint, coulomb_Nm), TL_KEY_NOT_NEGATIVE, 0}, {            \
+    section ".friction.viscous_Nms_rad", TL_DRIVE_OFFSET(joint, viscous_Nms_rad), TL_KEY_NOT_NEGATIVE, 0     \
+  }
+
+/* no sensor at either joint */
+#define TL_NO_CHANNELS                                                                                       \
+  { TL_NO_CHANNEL, TL_NO_CHANNEL }
 
 #endif

@@ -13,6 +13,7 @@
 
 #include "math_inline.h"
 #include "plant_internal.h"
+#include "talus/math.h"
 #include "transmission_internal.h"
 
 /* base parameters of the leg, in the order of tl_base_name */
@@ -166,7 +167,7 @@ static inline void joint_torques(const tl_model *m, const leg_pose *p, const tl_
       b[FOOT_MOMENT] * f.foot_moment_ankle + foot_turning + b[ROTOR_INERTIA] * f.rotor + ankle_friction;
 }
 
-void tl_leg_inverse(const tl_model *m, const tl_motion *motion, double torque[TL_MAX_JOINTS]) {
+static void inverse(const tl_model *m, const tl_motion *motion, double torque[TL_MAX_JOINTS]) {
   leg_pose p = pose_at(m, motion->q);
   double joint[2];
 
@@ -186,13 +187,13 @@ static void matrix_at(const tl_model *m, const leg_pose *p, double matrix[4]) {
               2.0 * foot_coupling;
 }
 
-void tl_leg_inertia_matrix(const tl_model *m, const double q[TL_MAX_JOINTS], double matrix[4]) {
+static void inertia_matrix(const tl_model *m, const double q[TL_MAX_JOINTS], double *matrix) {
   leg_pose p = pose_at(m, q);
 
   matrix_at(m, &p, matrix);
 }
 
-tl_status tl_leg_forward(const tl_model *m, const double torque[TL_MAX_JOINTS], tl_motion *motion) {
+static tl_status forward(const tl_model *m, const double torque[TL_MAX_JOINTS], tl_motion *motion) {
   leg_pose p = pose_at(m, motion->q);
   tl_motion at_rest = *motion;
   double matrix[4], bias[2], left[2], lift, pivot;
@@ -214,14 +215,14 @@ tl_status tl_leg_forward(const tl_model *m, const double torque[TL_MAX_JOINTS], 
   return TL_OK;
 }
 
-void tl_leg_ratios(const tl_model *m, const double q[TL_MAX_JOINTS], double ratio[TL_MAX_JOINTS]) {
+static void ratios(const tl_model *m, const double q[TL_MAX_JOINTS], double ratio[TL_MAX_JOINTS]) {
   leg_pose p = pose_at(m, q);
 
   ratio[0] = p.ratio[0];
   ratio[1] = p.ratio[1];
 }
 
-double tl_leg_potential(const tl_model *m, const double q[TL_MAX_JOINTS]) {
+static double potential(const tl_model *m, const double q[TL_MAX_JOINTS]) {
   double b[BASES], half_s, half_f, c;
 
   /* 1 - cos x = 2 sin^2(x / 2) keeps its digits near 0 */
@@ -257,20 +258,17 @@ static inline void put_row(const tl_model *m, const leg_pose *p, const tl_motion
   *knee_known = known_knee_torque(m, p, s->a[0]) * per_knee;
 }
 
-void tl_leg_regressor(const tl_model *m, const tl_motion *motion, double *row, double known[TL_MAX_JOINTS]) {
+static void regressor(const tl_model *m, const tl_motion *motion, double *row, double known[TL_MAX_JOINTS]) {
   leg_pose p = pose_at(m, motion->q);
-  int c;
 
   put_row(m, &p, motion, row, row + TL_MAX_ROW, 1, known);
-  for (c = 5; c < TL_MAX_ROW; c++) row[TL_MAX_ROW + c] = 0.0;
-  known[1] = 0.0;
 }
 
 /* ---- regressor of many instants ------------------------------------------ */
 
-/* sines and ratios of a piece of a motion */
+/* sines and ratios of a block of a motion */
 typedef struct leg_angles {
-  double sine[2][TL_PIECE], cosine[2][TL_PIECE], ratio[2][TL_PIECE], slope[2][TL_PIECE];
+  double sine[2][TL_BLOCK_ROWS], cosine[2][TL_BLOCK_ROWS], ratio[2][TL_BLOCK_ROWS], slope[2][TL_BLOCK_ROWS];
 } leg_angles;
 
 static void ratios_at(const tl_drive *d, const double *restrict q, size_t n, leg_angles *restrict at,
@@ -286,9 +284,9 @@ static void ratios_at(const tl_drive *d, const double *restrict q, size_t n, leg
     for (i = 0; i < n; i++) ratio_at(d, q[i], sine[i], cosine[i], &ratio[i], &slope[i]);
 }
 
-/* instant i of the piece; what is known of the ankle's torque is 0 */
-static inline void put_instant(const tl_model *m, const tl_piece *s, const leg_angles *at, size_t i,
-                               tl_piece_rows *rows) {
+/* instant i of the block; what is known of the ankle's torque is 0 */
+static inline void put_instant(const tl_model *m, const tl_motion_block *s, const leg_angles *at, size_t i,
+                               tl_regressor_block *rows) {
   leg_pose p = turned(m, at->sine[0][i], at->cosine[0][i], at->sine[1][i], at->cosine[1][i]);
   tl_motion now = {{s->q[0][i], s->q[1][i]},
                    {s->v[0][i], s->v[1][i]},
@@ -298,12 +296,12 @@ static inline void put_instant(const tl_model *m, const tl_piece *s, const leg_a
   p.ratio[0] = at->ratio[0][i];
   p.ratio[1] = at->ratio[1][i];
   p.slope = at->slope[1][i];
-  put_row(m, &p, &now, &rows->column[0][0][i], &rows->column[1][0][i], TL_PIECE, &rows->known[0][i]);
+  put_row(m, &p, &now, &rows->column[0][0][i], &rows->column[1][0][i], TL_BLOCK_ROWS, &rows->known[0][i]);
   rows->known[1][i] = 0.0;
 }
 
-void tl_leg_piece(const tl_model *restrict m, const tl_piece *restrict s, size_t n,
-                  tl_piece_rows *restrict rows) {
+static void leg_rows(const tl_model *restrict m, const tl_motion_block *restrict s, size_t n,
+                     tl_regressor_block *restrict rows) {
   leg_angles at;
   size_t i;
   int j;
@@ -361,6 +359,95 @@ static void leg_base_jacobian(const tl_model *m, double *jacobian) {
 #undef J
 }
 
-const tl_plant_table tl_leg_table = {
-    {"knee", "ankle"}, 2, leg_parameter, PARAMETERS, leg_base, BASES, leg_base_at, leg_base_jacobian,
+static int leg_row_index(const tl_model *m, int joint, int *index) {
+  static const int knee[] = {SHANK_INERTIA, SHANK_MOMENT, FOOT_MOMENT,   FOOT_INERTIA,
+                             KNEE_COULOMB,  KNEE_VISCOUS, ANKLE_COULOMB, ANKLE_VISCOUS};
+  static const int ankle[] = {FOOT_MOMENT, FOOT_INERTIA, ROTOR_INERTIA, ANKLE_COULOMB, ANKLE_VISCOUS};
+  /* the ankle's frictions come last in the knee's row: only the paper's form has them there */
+  int n = joint ? 5 : m->form == TL_FORM_PAPER ? 8 : 6, i;
+
+  for (i = 0; i < n; i++) index[i] = joint ? ankle[i] : knee[i];
+  return n;
+}
+
+/* ---- model file and sensors ---------------------------------------------- */
+
+#define NUMBER(key, member, kind)                                                                            \
+  { key, offsetof(tl_model, member), kind, 0 }
+
+static const tl_key leg_key[] = {
+    NUMBER("gravity_m_s2", gravity_m_s2, TL_KEY_NOT_NEGATIVE),
+    NUMBER("shank.length_m", shank_length_m, TL_KEY_POSITIVE),
+    NUMBER("shank.mass_kg", shank_mass_kg, TL_KEY_POSITIVE),
+    NUMBER("shank.com_m", shank_com_m, TL_KEY_NOT_NEGATIVE),
+    NUMBER("shank.inertia_kg_m2", shank_inertia_kg_m2, TL_KEY_POSITIVE),
+    NUMBER("foot.mass_kg", foot_mass_kg, TL_KEY_POSITIVE),
+    NUMBER("foot.com_m", foot_com_m, TL_KEY_NOT_NEGATIVE),
+    NUMBER("foot.inertia_kg_m2", foot_inertia_kg_m2, TL_KEY_POSITIVE),
+    NUMBER("ankle_motor.mass_kg", ankle_motor_mass_kg, TL_KEY_POSITIVE),
+    NUMBER("ankle_motor.com_m", ankle_motor_com_m, TL_KEY_NOT_NEGATIVE),
+    TL_DRIVE_KEYS("knee", 0),
+    TL_FRICTION_KEYS("knee", 0),
+    TL_DRIVE_KEYS("ankle", 1),
+    {"ankle.rotor_inertia_kg_m2", TL_DRIVE_OFFSET(1, rotor_inertia_kg_m2), TL_KEY_POSITIVE, 0},
+    TL_FRICTION_KEYS("ankle", 1),
+};
+
+#define BIT(name) TL_CHANNEL_BIT(TL_CHANNEL_##name)
+#define REQUIRED                                                                                             \
+  (BIT(TIME) | BIT(KNEE_MOTOR) | BIT(ANKLE_MOTOR) | BIT(ANKLE_JOINT) | BIT(KNEE_CURRENT) | BIT(ANKLE_CURRENT))
+#define OPTIONAL (BIT(VALID) | BIT(SHANK) | BIT(FOOT) | BIT(KNEE_TEMP) | BIT(ANKLE_TEMP) | BIT(BUS))
+
+const tl_plant_table tl_plant_leg = {
+    .facts = {.name = "leg",
+              .joints = 2,
+              .joint = {"knee", "ankle"},
+              .coordinate_unit = "rad",
+              .torque_unit = "Nm",
+              .torque_name = "torque",
+              .prediction = {"knee_motor_torque_Nm", "ankle_motor_torque_Nm"},
+              .place = {TL_PLACE_KNEE, TL_PLACE_ANKLE, TL_PLACE_BASE},
+              .motor = 1,
+              .paper_form = 1,
+              .leg_bus = 1,
+              .channels = {.required = REQUIRED, .known = REQUIRED | OPTIONAL},
+              .sensors = {.at_motor = 1,
+                          .position = {TL_CHANNEL_KNEE_MOTOR, TL_CHANNEL_ANKLE_MOTOR},
+                          .velocity = TL_NO_CHANNELS,
+                          .current = {TL_CHANNEL_KNEE_CURRENT, TL_CHANNEL_ANKLE_CURRENT},
+                          .torque = TL_NO_CHANNELS,
+                          .temperature = {TL_CHANNEL_KNEE_TEMP, TL_CHANNEL_ANKLE_TEMP},
+                          .encoder = {TL_NO_CHANNEL, TL_CHANNEL_ANKLE_JOINT},
+                          .camera = {TL_CHANNEL_SHANK, TL_CHANNEL_FOOT},
+                          .command = TL_NO_CHANNELS,
+                          .load = TL_NO_CHANNEL},
+              .bench = {.multisine_amplitude = {0.5, 0.35},
+                        .ramp_amplitude = {0.4, 0.3},
+                        .ramp_speed = {0.3, 0.09, 0.03},
+                        .ramp_acceleration = 5.0,
+                        .speed = 8.0,
+                        .acceleration = 100.0,
+                        .position = {1.0, 0.5},
+                        .drive_step = {2.0 * TL_PI / 16384.0, 2.0 * TL_PI / 16384.0},
+                        .current_noise_A = {0.020, 0.005}}},
+    .key = leg_key,
+    .keys = sizeof leg_key / sizeof leg_key[0],
+    .parameter = leg_parameter,
+    .parameters = PARAMETERS,
+    .base = leg_base,
+    .bases = BASES,
+    .base_at = leg_base_at,
+    .base_jacobian = leg_base_jacobian,
+    .inverse = inverse,
+    .forward = forward,
+    .inertia_matrix = inertia_matrix,
+    .potential = potential,
+    .tilt = tl_tilt_by_turning,
+    .ratios = ratios,
+    .regressor = regressor,
+    .rows = leg_rows,
+    .row_index = leg_row_index,
+    /* the knee's rotor is reflected into the shank's inertia */
+    .inertia = {offsetof(tl_model, shank_inertia_kg_m2)},
+    .rotor = {0, 1},
 };

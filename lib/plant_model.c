@@ -1,31 +1,74 @@
-/* plant_model.c: a model's ranges, its joints and what can be identified of it. */
+/* plant_model.c: the table of plants; a model's ranges and what can be identified of it. */
 #include <math.h>
 #include <string.h>
 
+#include "math_inline.h"
 #include "plant_internal.h"
-#include "transmission_internal.h"
 
 #define STANDARD_GRAVITY_M_S2 9.81
 
-static const tl_plant_table nothing = {{0, 0}, 0, NULL, 0, NULL, 0, NULL, NULL};
+static const tl_plant_table nothing = {.facts = {.joints = 0}};
+
+#define ROW(upper, lower) &tl_plant_##lower,
+static const tl_plant_table *const table[TL_PLANT_COUNT] = {TL_PLANTS(ROW)};
+
+const tl_plant_table *tl_plant_table_of(tl_plant plant) {
+  int row = (int)plant;
+
+  return row >= 0 && row < TL_PLANT_COUNT ? table[row] : &nothing;
+}
 
 static const tl_plant_table *table_of(const tl_model *m) {
-  switch (m->plant) {
-  case TL_PLANT_LEG: return &tl_leg_table;
-  case TL_PLANT_PENDULUM: return &tl_pendulum_table;
-  case TL_PLANT_SLIDER: return &tl_slider_table;
+  return tl_plant_table_of(m->plant);
+}
+
+const tl_facts *tl_plant_facts(tl_plant plant) {
+  return &tl_plant_table_of(plant)->facts;
+}
+
+static int same_text(const char *a, const char *b) {
+  while (*a && *a == *b) {
+    a++;
+    b++;
   }
-  return &nothing;
+  return *a == *b;
+}
+
+tl_status tl_plant_find(const char *name, tl_plant *plant) {
+  int i;
+
+  if (!name || !plant) return TL_ERR_ARGUMENT;
+  for (i = 0; i < TL_PLANT_COUNT; i++) {
+    if (!same_text(table[i]->facts.name, name)) continue;
+    *plant = (tl_plant)i;
+    return TL_OK;
+  }
+  return TL_ERR_ARGUMENT;
+}
+
+tl_status tl_channel_set_of(tl_plant plant, tl_channel_set *set) {
+  const tl_plant_table *t = tl_plant_table_of(plant);
+
+  if (!set || t == &nothing) return TL_ERR_ARGUMENT;
+  *set = t->facts.channels;
+  return TL_OK;
+}
+
+const tl_key *tl_model_keys(tl_plant plant, int *n) {
+  const tl_plant_table *t = tl_plant_table_of(plant);
+
+  *n = t->keys;
+  return t->key;
 }
 
 int tl_joint_count(const tl_model *m) {
-  return table_of(m)->joints;
+  return table_of(m)->facts.joints;
 }
 
 const char *tl_joint_name(const tl_model *m, int joint) {
-  const tl_plant_table *t = table_of(m);
+  const tl_facts *f = tl_plant_facts(m->plant);
 
-  return joint < 0 || joint >= t->joints ? NULL : t->joint[joint];
+  return joint < 0 || joint >= f->joints ? NULL : f->joint[joint];
 }
 
 tl_status tl_model_init(tl_model *m, tl_plant plant) {
@@ -43,81 +86,41 @@ tl_status tl_model_init(tl_model *m, tl_plant plant) {
 
 /* ---- ranges ------------------------------------------------------------ */
 
-static int all_positive(const double *x, int n) {
-  int i;
-
-  for (i = 0; i < n; i++)
-    if (!(x[i] > 0.0) || !tl_is_finite(x[i])) return 0;
-  return 1;
-}
-
-static int none_negative(const double *x, int n) {
-  int i;
-
-  for (i = 0; i < n; i++)
-    if (!(x[i] >= 0.0) || !tl_is_finite(x[i])) return 0;
-  return 1;
-}
-
-static int friction_is_sound(const tl_drive *d) {
-  double friction[2] = {d->coulomb_Nm, d->viscous_Nms_rad};
-
-  return none_negative(friction, 2);
-}
-
-/* a drive with motor and transmission; a transmission's own call has checked its dimensions */
-static tl_status check_drive(const tl_drive *d) {
-  switch (d->transmission.kind) {
-  case TL_TRANSMISSION_FIXED:
-    if (!tl_is_finite(d->transmission.ratio) || d->transmission.ratio == 0.0) return TL_ERR_RANGE;
-    break;
+/* a transmission's own call has checked its dimensions */
+static tl_status check_transmission(const tl_transmission *t) {
+  switch (t->kind) {
+  case TL_TRANSMISSION_FIXED: return tl_is_finite(t->ratio) && t->ratio != 0.0 ? TL_OK : TL_ERR_RANGE;
   case TL_TRANSMISSION_SCREW_LINKAGE:
   case TL_TRANSMISSION_FOURIER:
-  case TL_TRANSMISSION_TABLE: break;
-  default: return TL_ERR_ARGUMENT;
+  case TL_TRANSMISSION_TABLE: return TL_OK;
   }
-  return all_positive(&d->torque_constant_Nm_A, 1) && friction_is_sound(d) ? TL_OK : TL_ERR_RANGE;
+  return TL_ERR_ARGUMENT;
 }
 
-static tl_status check_leg(const tl_model *m) {
-  double positive[] = {
-      m->shank_length_m,     m->shank_mass_kg,       m->shank_inertia_kg_m2,         m->foot_mass_kg,
-      m->foot_inertia_kg_m2, m->ankle_motor_mass_kg, m->drive[1].rotor_inertia_kg_m2};
-  double not_negative[] = {m->shank_com_m, m->foot_com_m, m->ankle_motor_com_m};
-  tl_status status = check_drive(&m->drive[0]);
+/* what stands at one key of the model file */
+static tl_status check_key(const tl_model *m, const tl_key *key) {
+  const void *at = (const char *)m + key->offset;
+  double x;
 
-  if (status == TL_OK) status = check_drive(&m->drive[1]);
-  if (status != TL_OK) return status;
-  return all_positive(positive, 7) && none_negative(not_negative, 3) ? TL_OK : TL_ERR_RANGE;
-}
-
-static tl_status check_pendulum(const tl_model *m) {
-  tl_status status = check_drive(&m->drive[0]);
-
-  if (status != TL_OK) return status;
-  return all_positive(&m->inertia_kg_m2, 1) && none_negative(&m->gravity_moment_kg_m, 1) &&
-                 tl_is_finite(m->gravity_zero_rad) && tl_is_finite(m->torque_offset_Nm)
-             ? TL_OK
-             : TL_ERR_RANGE;
-}
-
-static tl_status check_slider(const tl_model *m) {
-  return all_positive(&m->mass_kg, 1) && friction_is_sound(&m->drive[0]) && tl_is_finite(m->force_offset_N)
-             ? TL_OK
-             : TL_ERR_RANGE;
+  if (key->kind == TL_KEY_TRANSMISSION) return check_transmission(at);
+  memcpy(&x, at, sizeof x);
+  if (!tl_is_finite(x)) return TL_ERR_RANGE;
+  if (key->kind == TL_KEY_POSITIVE) return x > 0.0 ? TL_OK : TL_ERR_RANGE;
+  return key->kind == TL_KEY_ANY || x >= 0.0 ? TL_OK : TL_ERR_RANGE;
 }
 
 tl_status tl_model_check(const tl_model *m) {
+  const tl_plant_table *t;
+  tl_status status = TL_OK;
+  int i;
+
   if (!m) return TL_ERR_ARGUMENT;
+  t = table_of(m);
   if (m->form != TL_FORM_LAGRANGE && m->form != TL_FORM_PAPER) return TL_ERR_ARGUMENT;
-  if (m->form == TL_FORM_PAPER && m->plant != TL_PLANT_LEG) return TL_ERR_UNSUPPORTED;
-  if (!none_negative(&m->gravity_m_s2, 1)) return TL_ERR_RANGE;
-  switch (m->plant) {
-  case TL_PLANT_LEG: return check_leg(m);
-  case TL_PLANT_PENDULUM: return check_pendulum(m);
-  case TL_PLANT_SLIDER: return check_slider(m);
-  }
-  return TL_ERR_ARGUMENT;
+  if (m->form == TL_FORM_PAPER && !t->facts.paper_form) return TL_ERR_UNSUPPORTED;
+  if (!(m->gravity_m_s2 >= 0.0) || !tl_is_finite(m->gravity_m_s2)) return TL_ERR_RANGE;
+  for (i = 0; i < t->keys && status == TL_OK; i++) status = check_key(m, &t->key[i]);
+  return t == &nothing ? TL_ERR_ARGUMENT : status;
 }
 
 /* ---- what is identified ------------------------------------------------ */
@@ -175,12 +178,11 @@ void tl_base_jacobian(const tl_model *m, double *jacobian) {
 }
 
 int tl_row_index(const tl_model *m, int joint, int index[TL_MAX_ROW]) {
-  /* the ankle's frictions come last in the knee's row: only the paper's form has them there */
-  static const int knee[] = {0, 1, 2, 3, 5, 6, 7, 8}, ankle[] = {2, 3, 4, 7, 8};
-  int n = tl_base_count(m), i;
+  const tl_plant_table *t = table_of(m);
+  int i;
 
-  if (joint < 0 || joint >= tl_joint_count(m)) return 0;
-  if (m->plant == TL_PLANT_LEG) n = joint ? 5 : m->form == TL_FORM_PAPER ? 8 : 6;
-  for (i = 0; i < n; i++) index[i] = m->plant != TL_PLANT_LEG ? i : joint ? ankle[i] : knee[i];
-  return n;
+  if (joint < 0 || joint >= t->facts.joints) return 0;
+  if (t->row_index) return t->row_index(m, joint, index);
+  for (i = 0; i < t->bases; i++) index[i] = i;
+  return t->bases;
 }

@@ -29,8 +29,7 @@ tl_status tl_regression_init(tl_regression *r, const tl_model *m, uint32_t recor
 }
 
 static tl_channel temperature_of(const tl_model *m, int joint) {
-  if (m->plant == TL_PLANT_LEG) return joint == 0 ? TL_CHANNEL_KNEE_TEMP : TL_CHANNEL_ANKLE_TEMP;
-  return m->plant == TL_PLANT_PENDULUM ? TL_CHANNEL_JOINT_TEMP : TL_CHANNEL_COUNT;
+  return joint < tl_joint_count(m) ? tl_plant_facts(m->plant)->sensors.temperature[joint] : TL_NO_CHANNEL;
 }
 
 /* temperatures that effects need; 0 if one was not recorded */
@@ -139,7 +138,7 @@ static void motion_at(const tl_model *m, const tl_track *track, int joints, size
     now->a[j] = track->a[j][i];
     now->slip[j] = track->slip[j][i];
   }
-  if (m->plant != TL_PLANT_LEG || m->form != TL_FORM_PAPER) return;
+  if (m->form != TL_FORM_PAPER) return;
   /* the paper's print lets the ankle rub on the foot's absolute speed, whose stops are not sought */
   foot = now->v[0] + now->v[1];
   now->slip[1] = foot > 0.0 ? 1.0 : foot < 0.0 ? -1.0 : 0.0;

@@ -14,8 +14,8 @@
 #include <stddef.h>
 #include <string.h>
 
+#include "math_inline.h"
 #include "simulate_effects.h"
-#include "transmission_internal.h"
 
 #define CROWDED_S 1e-9 /* changes closer than this, so many times in a row, lead nowhere */
 #define MAX_CROWDED 100
@@ -96,12 +96,6 @@ static tl_status accelerate(const plant *p, const tl_joint_mode *mode, const dou
   return TL_OK;
 }
 
-/* what the model's own offset takes from the law's torque */
-static double offset_of(const tl_model *m) {
-  if (m->plant == TL_PLANT_PENDULUM) return m->torque_offset_Nm;
-  return m->plant == TL_PLANT_SLIDER ? m->force_offset_N : 0.0;
-}
-
 /* The right-hand side: accelerations and powers at x's positions and velocities. All that acts on the
  * plant meets here: the law's torque, friction through `slip`, and effects. */
 static tl_status evaluate(const plant *p, const tl_joint_mode *mode, double t, point *x) {
@@ -117,7 +111,7 @@ static tl_status evaluate(const plant *p, const tl_joint_mode *mode, double t, p
                : accelerate(p, mode, torque, now);
   if (status != TL_OK) return status;
   tl_joint_torque(p->model, now->q, torque, joint);
-  for (j = 0; j < p->joints; j++) x->power += (joint[j] - offset_of(p->model)) * now->v[j];
+  for (j = 0; j < p->joints; j++) x->power += (joint[j] - tl_joint_offset(p->model, j)) * now->v[j];
   for (j = 0; j < p->joints && !p->acting.effects; j++) {
     const tl_drive *d = &p->model->drive[j];
     x->loss += (d->coulomb_Nm * now->slip[j] + d->viscous_Nms_rad * now->v[j]) * now->v[j];

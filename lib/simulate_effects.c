@@ -89,14 +89,14 @@ void tl_effect_dynamics_init(tl_effect_dynamics *p) {
   p->joints = tl_joint_count(p->model);
   if (p->effects == 0) return;
   p->link = *p->model;
-  p->link.torque_offset_Nm = p->link.force_offset_N = 0.0;
+  tl_clear_offsets(&p->link);
   for (j = 0; j < TL_BODIES; j++) p->change[j] = tl_effects_change(p->effect, p->effects, j);
   p->sways = p->change[TL_MAX_JOINTS].base_compliance_rad_Nm > 0.0;
   if (p->sways) p->base_inertia = tl_effect_dynamics_base_inertia(p->model, &p->change[TL_MAX_JOINTS]);
   for (j = 0; j < TL_MAX_JOINTS; j++) {
     p->link.drive[j].coulomb_Nm = p->link.drive[j].viscous_Nms_rad = 0.0;
     p->twists[j] = twists(&p->change[j]);
-    if (p->twists[j]) tl_effect_take_motor(&p->link, j, p->change[j].motor_share);
+    if (p->twists[j]) tl_take_motor(&p->link, j, p->change[j].motor_share);
   }
 }
 
@@ -140,21 +140,6 @@ static double spring(const tl_effect_change *c, double twist, double rate, doubl
   return torque;
 }
 
-/* what turns with the motor, in the joint's coordinate, and its torque from a changing ratio */
-static double motor_inertia(const tl_effect_dynamics *p, int joint, const tl_motion *motion, double *torque) {
-  const tl_model *m = p->model;
-  double ratio, slope, rotor = m->drive[joint].rotor_inertia_kg_m2;
-
-  *torque = 0.0;
-  if (m->plant == TL_PLANT_LEG && joint == 1) {
-    tl_transmission_ratio(&m->drive[1].transmission, motion->q[1], &ratio, &slope);
-    *torque = rotor * ratio * slope * motion->v[1] * motion->v[1];
-    return rotor * ratio * ratio;
-  }
-  if (m->plant == TL_PLANT_LEG) return p->change[joint].motor_share * m->shank_inertia_kg_m2;
-  return p->change[joint].motor_share * (m->plant == TL_PLANT_SLIDER ? m->mass_kg : m->inertia_kg_m2);
-}
-
 /* ---- sides ------------------------------------------------------------------------- */
 
 static tl_status look_at(const tl_effect_dynamics *p, int joint, double t_s, double drive_Nm,
@@ -167,8 +152,7 @@ static tl_status look_at(const tl_effect_dynamics *p, int joint, double t_s, dou
     if (p->effect[i].joint == TL_MAX_JOINTS && p->effect[i].kind->law)
       side->now.gravity_tilt_Nm = tl_effect_tilt_of(m, motion, joint);
   side->drive = drive_Nm - m->drive[joint].viscous_Nms_rad * motion->v[joint];
-  if (m->plant == TL_PLANT_PENDULUM) side->drive -= m->torque_offset_Nm;
-  if (m->plant == TL_PLANT_SLIDER) side->drive -= m->force_offset_N;
+  side->drive -= tl_joint_offset(m, joint);
   if (mode == TL_MODE_FORWARD || mode == TL_MODE_BACKWARD) {
     side->now.slip = (double)mode;
     return solve_load(p, joint, side);
@@ -265,7 +249,7 @@ static void set_bodies(const tl_effect_dynamics *p, const tl_motion *motion, con
 /* a joint whose transmission twists: its motor's side here and now, its spring for the body beyond */
 static void move_motor(const tl_effect_dynamics *p, int j, tl_joint_mode mode, tl_motion *motion,
                        const tl_link_state *beyond, joint_side *side, equations *e, double *loss_W) {
-  double turning, inertia = motor_inertia(p, j, motion, &turning), left;
+  double turning, inertia = tl_motor_inertia(p->model, j, p->change[j].motor_share, motion, &turning), left;
   double torque = spring(&p->change[j], motion->q[j] - beyond->q[j], motion->v[j] - beyond->v[j], loss_W);
 
   left = side->drive - side->torque - side->now.slip * side->level - torque - turning;

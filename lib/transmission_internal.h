@@ -4,12 +4,8 @@
 
 #include <math.h>
 
+#include "math_inline.h"
 #include "talus/transmission.h"
-
-/* a finite number: false for NaN and infinities */
-static inline int tl_is_finite(double x) {
-  return x - x == 0.0;
-}
 
 /* The linkage's ratio and slope from sin q and cos q. With O at the origin and
  * the screw along x: B = (x, y) on the crank at phi = phi0 - q, h what A stands

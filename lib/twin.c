@@ -8,7 +8,6 @@
 #include "simulate_effects.h"
 #include "talus/math.h"
 #include "talus/random.h"
-#include "transmission_internal.h"
 
 /* what random numbers are for (tl_random_*'s stream) */
 #define JITTER_STREAM 0x6a697474ULL
@@ -17,39 +16,10 @@
 
 #define BANDWIDTH_HZ 10.0
 #define DAMPING 0.8
-#define ROTARY_SPEED 8.0          /* [rad/s] */
-#define ROTARY_ACCELERATION 100.0 /* [rad/s^2] */
-#define SLIDER_SPEED 2.0          /* [m/s] */
-#define SLIDER_ACCELERATION 20.0  /* [m/s^2] */
-#define HEADROOM 1.5              /* current limit over what gravity, friction and that acceleration need */
-#define NOISE_SHARE 0.0025        /* of the current limit */
+#define HEADROOM 1.5       /* current limit over what gravity, friction and that acceleration need */
+#define NOISE_SHARE 0.0025 /* of the current limit */
 
 /* ---- drives ------------------------------------------------------------------ */
-
-/* torque as tl_forward takes it, for a current of 1 A (a slider's drive is in newtons) */
-static double torque_per_current(const tl_model *m, int joint, const double *q) {
-  const tl_drive *d = &m->drive[joint];
-  double ratio, slope;
-
-  if (m->plant == TL_PLANT_SLIDER) return 1.0;
-  if (m->plant == TL_PLANT_LEG) return d->torque_constant_Nm_A;
-  tl_transmission_ratio(&d->transmission, q[joint], &ratio, &slope);
-  return ratio * d->torque_constant_Nm_A;
-}
-
-/* how far what the drive sees moves for a unit of joint motion */
-static double drive_ratio(const tl_model *m, int joint, const double *q) {
-  double ratio = 1.0, slope;
-
-  if (m->plant == TL_PLANT_LEG)
-    tl_transmission_ratio(&m->drive[joint].transmission, q[joint], &ratio, &slope);
-  return ratio;
-}
-
-static double drive_position(const tl_model *m, int joint, const double *q) {
-  if (m->plant != TL_PLANT_LEG) return q[joint];
-  return tl_transmission_motor_angle(&m->drive[joint].transmission, q[joint]);
-}
 
 static double rounded(double x, double step) {
   return step > 0.0 ? floor(x / step + 0.5) * step : x;
@@ -63,7 +33,7 @@ static const tl_model *plant_of(const tl_twin *b) {
 /* the angle that the drive's encoder shows */
 static double drive_reading(const tl_twin *b, int joint) {
   const tl_effect_change *c = &b->change[joint];
-  double position = drive_position(plant_of(b), joint, b->simulation.motion.q), sine, cosine;
+  double position = tl_drive_position(plant_of(b), joint, b->simulation.motion.q[joint]), sine, cosine;
 
   if (c->motor_sine_rad == 0.0 && c->motor_cosine_rad == 0.0) return position;
   tl_sincos(position, &sine, &cosine);
@@ -88,21 +58,21 @@ static void control(tl_twin *b, double t) {
   reference_at(b, t, &reference);
   for (j = 0; j < tl_joint_count(b->model); j++) {
     double seen = rounded(drive_reading(b, j), s->drive_step_rad[j]);
-    double target = drive_position(b->model, j, reference.q);
-    double target_velocity = drive_ratio(b->model, j, reference.q) * reference.v[j], current;
+    double target = tl_drive_position(b->model, j, reference.q[j]);
+    double target_velocity = tl_drive_ratio(b->model, j, reference.q[j]) * reference.v[j], current;
     b->velocity[j] += share * ((seen - b->position[j]) * s->control_hz - b->velocity[j]);
     b->position[j] = seen;
     current = s->stiffness[j] * (target - seen) + s->damping[j] * (target_velocity - b->velocity[j]);
     if (current > s->current_limit_A[j]) current = s->current_limit_A[j];
     if (current < -s->current_limit_A[j]) current = -s->current_limit_A[j];
     b->current_A[j] = current;
-    b->torque[j] = current * torque_per_current(b->model, j, b->simulation.motion.q);
+    b->torque[j] = current * tl_torque_per_current(b->model, j, b->simulation.motion.q[j]);
   }
 }
 
 /* ---- sensors ----------------------------------------------------------------- */
 
-/* what the ankle's encoder shows at an angle */
+/* what an encoder at the joint shows at an angle */
 static double joint_reading(const tl_effect_change *c, double q) {
   double sine, cosine;
 
@@ -111,23 +81,36 @@ static double joint_reading(const tl_effect_change *c, double q) {
   return q + c->joint_sine_rad * sine + c->joint_cosine_rad * cosine;
 }
 
-static void record_leg(const tl_twin *b, const double *current, const double *camera,
-                       double row[TL_CHANNEL_COUNT]) {
-  const tl_twin_settings *s = &b->settings;
-  tl_motion joints;
-  const double *q = joints.q;
+/* absolute angle of the link that a joint moves, without noise */
+static double link_angle(const tl_motion *joints, int joint) {
+  double angle = joints->q[0];
+  int j;
 
-  tl_simulation_joints(&b->simulation, &joints);
-  row[TL_CHANNEL_KNEE_MOTOR] = rounded(drive_reading(b, 0), s->drive_step_rad[0]);
-  row[TL_CHANNEL_ANKLE_MOTOR] = rounded(drive_reading(b, 1), s->drive_step_rad[1]);
-  row[TL_CHANNEL_ANKLE_JOINT] = rounded(joint_reading(&b->change[1], q[1]), s->ankle_step_rad);
-  row[TL_CHANNEL_KNEE_CURRENT] = current[0];
-  row[TL_CHANNEL_ANKLE_CURRENT] = current[1];
-  row[TL_CHANNEL_SHANK] = q[0] + camera[0];
-  row[TL_CHANNEL_FOOT] = q[0] + q[1] + camera[1];
-  if (!b->simulation.beyond.begun) return;
-  row[TL_CHANNEL_SHANK] += b->simulation.beyond.q[TL_MAX_JOINTS];
-  row[TL_CHANNEL_FOOT] += b->simulation.beyond.q[TL_MAX_JOINTS];
+  for (j = 1; j <= joint; j++) angle += joints->q[j];
+  return angle;
+}
+
+static void put(double row[TL_CHANNEL_COUNT], tl_channel channel, double value) {
+  if (channel != TL_NO_CHANNEL) row[channel] = value;
+}
+
+/* what a sensor of each kind shows of a joint, before it is asked whether there is one */
+static void record_joint(const tl_twin *b, const tl_motion *joints, int j, double current, double camera,
+                         double row[TL_CHANNEL_COUNT]) {
+  const tl_sensors *has = &tl_plant_facts(b->model->plant)->sensors;
+  const tl_twin_settings *s = &b->settings;
+  double angle = link_angle(joints, j) + camera;
+  tl_motion reference;
+
+  if (b->simulation.beyond.begun) angle += b->simulation.beyond.q[TL_MAX_JOINTS];
+  put(row, has->position[j], rounded(drive_reading(b, j), s->drive_step_rad[j]));
+  put(row, has->encoder[j], rounded(joint_reading(&b->change[j], joints->q[j]), s->ankle_step_rad));
+  put(row, has->camera[j], angle);
+  put(row, has->current[j], current);
+  put(row, has->torque[j], current * tl_torque_per_current(b->model, j, b->simulation.motion.q[j]));
+  if (has->command[j] == TL_NO_CHANNEL) return;
+  reference_at(b, b->simulation.t_s, &reference);
+  row[has->command[j]] = reference.q[j];
 }
 
 /* What the drive's current shows beside the torque that it makes, over the torque of 1 A: the effects
@@ -142,55 +125,42 @@ static double current_beside(const tl_twin *b, int joint) {
   for (i = 0; i < s->effects; i++) {
     if (s->effect[i].kind->acts != TL_EFFECT_MEASURED || !tl_effect_at(&s->effect[i], joint)) continue;
     tl_effect_instant_of(b->model, motion, joint, b->simulation.t_s - s->settle_s, NULL, &now);
-    now.motor_Nm = b->torque[joint] / (b->model->plant == TL_PLANT_LEG ? 1.0 : now.ratio);
+    now.motor_Nm = tl_motor_torque(b->model, b->torque[joint], now.ratio);
     tl_effect_law(&s->effect[i], &now, &torque, &friction);
-    sum += torque / (b->model->plant == TL_PLANT_LEG ? now.ratio : 1.0);
+    sum += torque / tl_torque_ratio(b->model, joint, now.q);
   }
-  return sum != 0.0 ? sum / torque_per_current(b->model, joint, motion->q) : 0.0;
+  return sum != 0.0 ? sum / tl_torque_per_current(b->model, joint, motion->q[joint]) : 0.0;
 }
 
 /* every sensor of the plant at an instant of the recording; shown: the currents without noise */
 static void record(const tl_twin *b, double t_s, const double *shown, double row[TL_CHANNEL_COUNT]) {
   const tl_twin_settings *s = &b->settings;
-  const double *q = b->simulation.motion.q;
   double current[2], camera[2];
-  tl_motion reference;
+  tl_motion joints;
   int j;
 
   tl_random_normal2(s->seed, CURRENT_STREAM, b->sample, current);
   tl_random_normal2(s->seed, CAMERA_STREAM, b->sample, camera);
-  for (j = 0; j < TL_MAX_JOINTS; j++) {
-    current[j] = shown[j] + s->current_noise_A[j] * current[j];
-    camera[j] *= s->camera_noise_rad;
-  }
+  tl_simulation_joints(&b->simulation, &joints);
   row[TL_CHANNEL_TIME] = t_s;
-  if (b->model->plant == TL_PLANT_LEG) {
-    record_leg(b, current, camera, row);
-  } else if (b->model->plant == TL_PLANT_PENDULUM) {
-    row[TL_CHANNEL_JOINT] = rounded(q[0], s->drive_step_rad[0]);
-    row[TL_CHANNEL_JOINT_CURRENT] = current[0];
-    row[TL_CHANNEL_JOINT_TORQUE] = current[0] * torque_per_current(b->model, 0, q);
-  } else {
-    reference_at(b, b->simulation.t_s, &reference);
-    row[TL_CHANNEL_SLIDER] = rounded(q[0], s->drive_step_rad[0]);
-    row[TL_CHANNEL_SLIDER_FORCE] = current[0];
-    row[TL_CHANNEL_SLIDER_COMMAND] = reference.q[0];
-  }
+  for (j = 0; j < tl_joint_count(b->model); j++)
+    record_joint(b, &joints, j, shown[j] + s->current_noise_A[j] * current[j],
+                 s->camera_noise_rad * camera[j], row);
+}
+
+static uint32_t bit_of(tl_channel channel) {
+  return channel == TL_NO_CHANNEL ? 0 : TL_CHANNEL_BIT(channel);
 }
 
 static uint32_t recordable(const tl_model *m) {
-  uint32_t time = TL_CHANNEL_BIT(TL_CHANNEL_TIME);
+  const tl_sensors *s = &tl_plant_facts(m->plant)->sensors;
+  uint32_t set = TL_CHANNEL_BIT(TL_CHANNEL_TIME);
+  int j;
 
-  if (m->plant == TL_PLANT_LEG)
-    return time | TL_CHANNEL_BIT(TL_CHANNEL_KNEE_MOTOR) | TL_CHANNEL_BIT(TL_CHANNEL_ANKLE_MOTOR) |
-           TL_CHANNEL_BIT(TL_CHANNEL_ANKLE_JOINT) | TL_CHANNEL_BIT(TL_CHANNEL_KNEE_CURRENT) |
-           TL_CHANNEL_BIT(TL_CHANNEL_ANKLE_CURRENT) | TL_CHANNEL_BIT(TL_CHANNEL_SHANK) |
-           TL_CHANNEL_BIT(TL_CHANNEL_FOOT);
-  if (m->plant == TL_PLANT_PENDULUM)
-    return time | TL_CHANNEL_BIT(TL_CHANNEL_JOINT) | TL_CHANNEL_BIT(TL_CHANNEL_JOINT_CURRENT) |
-           TL_CHANNEL_BIT(TL_CHANNEL_JOINT_TORQUE);
-  return time | TL_CHANNEL_BIT(TL_CHANNEL_SLIDER) | TL_CHANNEL_BIT(TL_CHANNEL_SLIDER_FORCE) |
-         TL_CHANNEL_BIT(TL_CHANNEL_SLIDER_COMMAND);
+  for (j = 0; j < tl_joint_count(m); j++)
+    set |= bit_of(s->position[j]) | bit_of(s->encoder[j]) | bit_of(s->camera[j]) | bit_of(s->current[j]) |
+           bit_of(s->torque[j]) | bit_of(s->command[j]);
+  return set;
 }
 
 /* ---- in time ----------------------------------------------------------------- */
@@ -361,10 +331,6 @@ void tl_twin_reference(const tl_twin *b, tl_motion *reference) {
 
 /* ---- defaults ------------------------------------------------------------------ */
 
-static double acceleration_of(const tl_model *m) {
-  return m->plant == TL_PLANT_SLIDER ? SLIDER_ACCELERATION : ROTARY_ACCELERATION;
-}
-
 /* gains that give the wanted bandwidth to the inertia at rest, and a limit that holds it up
  * horizontally, overcomes friction and accelerates */
 static void choose_drives(const tl_model *m, tl_twin_settings *s) {
@@ -373,16 +339,17 @@ static void choose_drives(const tl_model *m, tl_twin_settings *s) {
   int joints = tl_joint_count(m), j;
 
   memset(&worst, 0, sizeof worst);
-  worst.q[0] = 0.5 * TL_PI + (m->plant == TL_PLANT_PENDULUM ? m->gravity_zero_rad : 0.0);
+  worst.q[0] = 0.5 * TL_PI + tl_gravity_zero(m);
   for (j = 0; j < joints; j++) {
-    worst.a[j] = acceleration_of(m);
+    worst.a[j] = tl_plant_facts(m->plant)->bench.acceleration;
     worst.slip[j] = 1.0;
   }
   tl_inverse(m, &worst, torque);
   memset(&worst, 0, sizeof worst);
   tl_inertia_matrix(m, worst.q, matrix);
   for (j = 0; j < joints; j++) {
-    double per_current = fabs(torque_per_current(m, j, worst.q)), ratio = drive_ratio(m, j, worst.q);
+    double per_current = fabs(tl_torque_per_current(m, j, worst.q[j]));
+    double ratio = tl_drive_ratio(m, j, worst.q[j]);
     double inertia = matrix[j * joints + j] / (ratio * ratio); /* that the drive sees */
     s->stiffness[j] = inertia * w * w / per_current;
     s->damping[j] = inertia * 2.0 * DAMPING * w / per_current;
@@ -406,39 +373,34 @@ tl_twin_settings tl_twin_defaults(const tl_model *m, const tl_excitation *e) {
                         .step_s = 1e-3,
                         .camera_noise_rad = 1e-3,
                         .seed = 1};
-  tl_channel_set set;
+  const tl_facts *f = tl_plant_facts(m->plant);
   int j;
 
   s.settle_s = settling(e);
   s.ankle_step_rad = 2.0 * TL_PI / 65536.0;
   choose_drives(m, &s);
+  s.channels = f->channels.required;
   for (j = 0; j < tl_joint_count(m); j++) {
-    s.drive_step_rad[j] = 2.0 * TL_PI / (m->plant == TL_PLANT_LEG ? 16384.0 : 262144.0);
-    s.current_noise_A[j] = NOISE_SHARE * s.current_limit_A[j];
+    s.drive_step_rad[j] = f->bench.drive_step[j];
+    s.current_noise_A[j] = f->bench.current_noise_A[j];
+    if (s.current_noise_A[j] == 0.0) s.current_noise_A[j] = NOISE_SHARE * s.current_limit_A[j];
+    s.channels |= bit_of(f->sensors.position[j]) | bit_of(f->sensors.current[j]);
   }
-  if (m->plant == TL_PLANT_SLIDER) s.drive_step_rad[0] = 1e-6;
-  if (m->plant == TL_PLANT_LEG) {
-    s.current_noise_A[0] = 0.020;
-    s.current_noise_A[1] = 0.005;
-  }
-  if (tl_channel_set_of(m->plant, &set) == TL_OK) s.channels = set.required;
-  if (m->plant == TL_PLANT_PENDULUM)
-    s.channels |= TL_CHANNEL_BIT(TL_CHANNEL_JOINT) | TL_CHANNEL_BIT(TL_CHANNEL_JOINT_CURRENT);
   return s;
 }
 
 void tl_twin_limits(const tl_model *m, const tl_twin_settings *s, tl_limits limits[TL_MAX_JOINTS]) {
-  const double rest[TL_MAX_JOINTS] = {0.0, 0.0};
+  const tl_plant_bench *bench = &tl_plant_facts(m->plant)->bench;
   int j;
 
   for (j = 0; j < TL_MAX_JOINTS; j++) {
     limits[j] = tl_limits_none();
     if (j >= tl_joint_count(m)) continue;
-    limits[j].speed = m->plant == TL_PLANT_SLIDER ? SLIDER_SPEED : ROTARY_SPEED;
-    limits[j].acceleration = acceleration_of(m);
-    limits[j].torque = s->current_limit_A[j] * fabs(torque_per_current(m, j, rest));
-    if (m->plant != TL_PLANT_LEG) continue;
-    limits[j].position_high = j == 0 ? 1.0 : 0.5;
-    limits[j].position_low = -limits[j].position_high;
+    limits[j].speed = bench->speed;
+    limits[j].acceleration = bench->acceleration;
+    limits[j].torque = s->current_limit_A[j] * fabs(tl_torque_per_current(m, j, 0.0));
+    if (bench->position[j] == 0.0) continue;
+    limits[j].position_high = bench->position[j];
+    limits[j].position_low = -bench->position[j];
   }
 }

@@ -147,7 +147,7 @@ static int gravity_is_seen(const struct model_file *file, const struct inputs *i
   int with = -1, without = -1;
 
   *seen = 0;
-  if (file->model.plant != TL_PLANT_PENDULUM || file->model.gravity_moment_kg_m == 0.0) return 0;
+  if (!tl_has_gravity(&file->model)) return 0;
   for (int i = 0; i < in->n; i++)
     *(stream_regression(in->stream[i])->layout.position[0] != TL_CHANNEL_COUNT ? &with : &without) = i;
   *seen = with >= 0;

@@ -115,7 +115,7 @@ static void charts(struct page *page, const struct picture *p, const struct repo
     char axis[CELL], title[CELL];
     json_t *torque, *residual;
 
-    snprintf(axis, sizeof axis, "%s [%s]", m->plant == TL_PLANT_SLIDER ? "force" : "torque", report_unit(m));
+    snprintf(axis, sizeof axis, "%s [%s]", tl_plant_facts(m->plant)->torque_name, report_unit(m));
     snprintf(title, sizeof title, "%s", tl_joint_name(m, j));
     torque = page_chart(page, title, "time [s]", axis);
     page_envelope(torque, "as given", "nominal", &panel->nominal);

@@ -12,7 +12,7 @@
 #define IN_DIRECTION 1e-3 /* share of a null direction from which on a parameter belongs to it */
 
 const char *report_unit(const tl_model *model) {
-  return model->plant == TL_PLANT_SLIDER ? "N" : "Nm";
+  return tl_plant_facts(model->plant)->torque_unit;
 }
 
 double report_rms(double sum_of_squares, size_t n) {

@@ -13,16 +13,6 @@
   { .key = name, .required = 1, .read = yaml_read_number, .offset = PLACE(member), .range = limits }
 #define OPTIONAL(name, member, limits)                                                                       \
   { .key = name, .read = yaml_read_number, .offset = PLACE(member), .range = limits }
-#define SECTION(name, table)                                                                                 \
-  {                                                                                                          \
-    .key = name, .required = 1, .read = yaml_read_section, .map = table,                                     \
-    .entries = sizeof table / sizeof table[0]                                                                \
-  }
-#define TRANSMISSION(index)                                                                                  \
-  {                                                                                                          \
-    .key = "transmission", .required = 1, .read = model_read_transmission,                                   \
-    .offset = PLACE(model.drive[index].transmission)                                                         \
-  }
 
 /* ---- what every plant may have ----------------------------------------------- */
 
@@ -36,7 +26,7 @@ static int read_form(struct yaml_file *yaml, yaml_node_t *node, const struct yam
     draft->file.model.form = TL_FORM_LAGRANGE;
   else if (strcmp(text, "paper") != 0)
     return yaml_fail(yaml, node, error, "expected lagrange or paper, found '%s'", text);
-  else if (draft->file.model.plant != TL_PLANT_LEG)
+  else if (!tl_plant_facts(draft->file.model.plant)->paper_form)
     return yaml_fail(yaml, node, error, "only a leg has the form 'paper'");
   else
     draft->file.model.form = TL_FORM_PAPER;
@@ -77,132 +67,92 @@ static int read_signal(struct yaml_file *yaml, yaml_node_t *node, const struct y
   return yaml_read_section(yaml, node, entry, target, error);
 }
 
-#define COMMON_KEYS                                                                                          \
-  {.key = "form", .read = read_form},                                                                        \
-      {.key = "score",                                                                                       \
-       .read = read_score,                                                                                   \
-       .map = score_keys,                                                                                    \
-       .entries = sizeof score_keys / sizeof score_keys[0]},                                                 \
-      {.key = "signal", .read = read_signal, .map = signal_keys, .entries = 2},                              \
-      {.key = "bounds", .read = yaml_read_later, .offset = offsetof(struct model_draft, bounds)}, {          \
-    .key = "effects", .read = yaml_read_later, .offset = offsetof(struct model_draft, effects)               \
-  }
-
-#define PLANT_KEY                                                                                            \
-  { .key = "plant", .required = 1, .read = yaml_read_name, .offset = offsetof(struct model_draft, plant) }
-
-/* ---- leg ----------------------------------------------------------------------- */
-
-static const struct yaml_entry shank_keys[] = {
-    NUMBER("length_m", model.shank_length_m, YAML_POSITIVE),
-    NUMBER("mass_kg", model.shank_mass_kg, YAML_POSITIVE),
-    NUMBER("com_m", model.shank_com_m, YAML_NOT_NEGATIVE),
-    NUMBER("inertia_kg_m2", model.shank_inertia_kg_m2, YAML_POSITIVE),
+static const struct yaml_entry plant_key = {
+    .key = "plant", .required = 1, .read = yaml_read_name, .offset = offsetof(struct model_draft, plant)};
+static const struct yaml_entry common_keys[] = {
+    {.key = "form", .read = read_form},
+    {.key = "score",
+     .read = read_score,
+     .map = score_keys,
+     .entries = sizeof score_keys / sizeof score_keys[0]},
+    {.key = "signal", .read = read_signal, .map = signal_keys, .entries = 2},
+    {.key = "bounds", .read = yaml_read_later, .offset = offsetof(struct model_draft, bounds)},
+    {.key = "effects", .read = yaml_read_later, .offset = offsetof(struct model_draft, effects)},
+    {.key = "bus", .read = model_read_bus}, /* last: of the leg alone */
 };
 
-static const struct yaml_entry foot_keys[] = {
-    NUMBER("mass_kg", model.foot_mass_kg, YAML_POSITIVE),
-    NUMBER("com_m", model.foot_com_m, YAML_NOT_NEGATIVE),
-    NUMBER("inertia_kg_m2", model.foot_inertia_kg_m2, YAML_POSITIVE),
-};
+/* ---- the plant's own, from its row of the library's table ---------------------- */
 
-static const struct yaml_entry ankle_motor_keys[] = {
-    NUMBER("mass_kg", model.ankle_motor_mass_kg, YAML_POSITIVE),
-    NUMBER("com_m", model.ankle_motor_com_m, YAML_NOT_NEGATIVE),
-};
-
-#define FRICTION_KEYS(index)                                                                                 \
-  NUMBER("coulomb_Nm", model.drive[index].coulomb_Nm, YAML_NOT_NEGATIVE),                                    \
-      NUMBER("viscous_Nms_rad", model.drive[index].viscous_Nms_rad, YAML_NOT_NEGATIVE)
-
-static const struct yaml_entry friction_0_keys[] = {FRICTION_KEYS(0)};
-static const struct yaml_entry friction_1_keys[] = {FRICTION_KEYS(1)};
-
-static const struct yaml_entry drive_0_keys[] = {
-    TRANSMISSION(0),
-    NUMBER("torque_constant_Nm_A", model.drive[0].torque_constant_Nm_A, YAML_POSITIVE),
-    SECTION("friction", friction_0_keys),
-};
-
-static const struct yaml_entry ankle_keys[] = {
-    TRANSMISSION(1),
-    NUMBER("torque_constant_Nm_A", model.drive[1].torque_constant_Nm_A, YAML_POSITIVE),
-    NUMBER("rotor_inertia_kg_m2", model.drive[1].rotor_inertia_kg_m2, YAML_POSITIVE),
-    SECTION("friction", friction_1_keys),
-};
-
-static const struct yaml_entry leg_keys[] = {
-    PLANT_KEY,
-    NUMBER("gravity_m_s2", model.gravity_m_s2, YAML_NOT_NEGATIVE),
-    SECTION("shank", shank_keys),
-    SECTION("foot", foot_keys),
-    SECTION("ankle_motor", ankle_motor_keys),
-    SECTION("knee", drive_0_keys),
-    SECTION("ankle", ankle_keys),
-    COMMON_KEYS,
-    {.key = "bus", .read = model_read_bus},
-};
-
-/* ---- pendulum -------------------------------------------------------------------- */
-
-static const struct yaml_entry pendulum_keys[] = {
-    PLANT_KEY,
-    NUMBER("gravity_m_s2", model.gravity_m_s2, YAML_NOT_NEGATIVE),
-    NUMBER("inertia_kg_m2", model.inertia_kg_m2, YAML_POSITIVE),
-    NUMBER("gravity_moment_kg_m", model.gravity_moment_kg_m, YAML_NOT_NEGATIVE),
-    NUMBER("gravity_zero_rad", model.gravity_zero_rad, YAML_ANY),
-    OPTIONAL("torque_offset_Nm", model.torque_offset_Nm, YAML_ANY),
-    SECTION("joint", drive_0_keys),
-    COMMON_KEYS,
-};
-
-/* ---- slider ----------------------------------------------------------------------- */
-
-static const struct yaml_entry slider_friction_keys[] = {
-    NUMBER("coulomb_N", model.drive[0].coulomb_Nm, YAML_NOT_NEGATIVE),
-    NUMBER("viscous_Ns_m", model.drive[0].viscous_Nms_rad, YAML_NOT_NEGATIVE),
-};
-
-static const struct yaml_entry slider_keys[] = {
-    PLANT_KEY,
-    NUMBER("mass_kg", model.mass_kg, YAML_POSITIVE),
-    SECTION("friction", slider_friction_keys),
-    NUMBER("force_offset_N", model.force_offset_N, YAML_ANY),
-    COMMON_KEYS,
-};
-
-/* ---- by plant ----------------------------------------------------------------------- */
-
-#define COUNT(table) (sizeof table / sizeof table[0])
-
-const struct yaml_entry *model_keys(tl_plant plant, size_t *entries) {
-  switch (plant) {
-  case TL_PLANT_LEG: *entries = COUNT(leg_keys); return leg_keys;
-  case TL_PLANT_PENDULUM: *entries = COUNT(pendulum_keys); return pendulum_keys;
-  case TL_PLANT_SLIDER: *entries = COUNT(slider_keys); return slider_keys;
-  }
-  *entries = 0;
-  return NULL;
+size_t model_key_section(const tl_key *key, int keys, size_t before, int *n) {
+  const size_t length = strcspn(key->name + before, ".");
+  *n = 1;
+  if (key->name[before + length] == '\0') return 0;
+  while (*n < keys && strncmp(key[*n].name, key->name, before + length + 1) == 0) ++*n;
+  return length;
 }
 
-/* the number in this table, or in one of its sections, that has this dotted key */
-static const struct yaml_entry *find(const struct yaml_entry *entry, size_t entries, const char *dotted) {
-  for (size_t i = 0; i < entries; i++) {
-    const size_t n = strlen(entry[i].key);
-    if (strncmp(entry[i].key, dotted, n) != 0) continue;
-    if (dotted[n] == '\0' && entry[i].read == yaml_read_number) return &entry[i];
-    if (dotted[n] == '.' && entry[i].map) return find(entry[i].map, entry[i].entries, dotted + n + 1);
+static struct yaml_entry leaf(const tl_key *key, const char *name) {
+  static const enum yaml_range range[] = {[TL_KEY_ANY] = YAML_ANY,
+                                          [TL_KEY_POSITIVE] = YAML_POSITIVE,
+                                          [TL_KEY_NOT_NEGATIVE] = YAML_NOT_NEGATIVE,
+                                          [TL_KEY_TRANSMISSION] = YAML_ANY};
+  return (struct yaml_entry){.key = name,
+                             .required = !key->optional,
+                             .read = key->kind == TL_KEY_TRANSMISSION ? model_read_transmission
+                                                                      : yaml_read_number,
+                             .offset = PLACE(model) + key->offset,
+                             .range = range[key->kind]};
+}
+
+/* a name's first `length` characters into the table's text; names that do not fit end it */
+static const char *keep_name(struct model_table *t, const char *name, size_t length) {
+  char *kept = t->text + t->length;
+  if (t->length + length >= sizeof t->text) return "";
+  memcpy(kept, name, length);
+  kept[length] = '\0';
+  t->length += length + 1;
+  return kept;
+}
+
+/* one entry a key or section at `before` characters of the names, into `out`; answers how many */
+static size_t put_entries(struct model_table *t, const tl_key *key, int keys, size_t before,
+                          struct yaml_entry *out) {
+  size_t entries = 0;
+  for (int i = 0, n; i < keys && entries < MODEL_MAX_ENTRIES; i += n, entries++) {
+    const char *name = key[i].name + before;
+    const size_t length = model_key_section(&key[i], keys - i, before, &n);
+    out[entries] = leaf(&key[i], name);
+    if (length == 0 || t->sections == MODEL_MAX_SECTIONS) continue;
+    struct yaml_entry *section = t->section[t->sections++];
+    out[entries] = (struct yaml_entry){.key = keep_name(t, name, length),
+                                       .required = 1,
+                                       .read = yaml_read_section,
+                                       .map = section,
+                                       .entries = put_entries(t, &key[i], n, before + length + 1, section)};
   }
-  return NULL;
+  return entries;
+}
+
+void model_keys(tl_plant plant, struct model_table *t) {
+  const size_t common = sizeof common_keys / sizeof common_keys[0] - !tl_plant_facts(plant)->leg_bus;
+  int n;
+  const tl_key *key = tl_model_keys(plant, &n);
+  t->sections = t->length = 0;
+  t->entry[0] = plant_key;
+  t->entries = 1 + put_entries(t, key, n, 0, t->entry + 1);
+  memcpy(t->entry + t->entries, common_keys, common * sizeof common_keys[0]);
+  t->entries += common;
 }
 
 int model_key_offset(tl_plant plant, const char *dotted, size_t *offset) {
-  size_t entries;
-  const struct yaml_entry *table = model_keys(plant, &entries);
-  const struct yaml_entry *found = find(table, entries, dotted);
-  if (!found || found->offset >= PLACE(model) + sizeof(tl_model)) return -1;
-  *offset = found->offset - PLACE(model);
-  return 0;
+  int n;
+  const tl_key *key = tl_model_keys(plant, &n);
+  for (int i = 0; i < n; i++) {
+    if (key[i].kind == TL_KEY_TRANSMISSION || strcmp(key[i].name, dotted) != 0) continue;
+    *offset = key[i].offset;
+    return 0;
+  }
+  return -1;
 }
 
 /* in this table or one of its sections; `key` holds the sections' names and a point so far */
@@ -226,11 +176,11 @@ static const char *find_fault(const struct model_draft *draft, const struct yaml
 
 const char *model_find_fault(const struct model_file *file, char *key, size_t size) {
   struct model_draft draft = {.file = *file};
-  size_t entries;
-  const struct yaml_entry *table = model_keys(file->model.plant, &entries);
+  struct model_table table;
+  model_keys(file->model.plant, &table);
   /* what the file will not say cannot be wrong */
   if (!file->has_score) draft.file.score = tl_score_defaults();
   if (!file->has_window) draft.file.window.length_s = 1.0;
   key[0] = '\0';
-  return find_fault(&draft, table, entries, key, size);
+  return find_fault(&draft, table.entry, table.entries, key, size);
 }

@@ -12,8 +12,23 @@ struct model_draft {
   yaml_node_t *bounds, *effects;
 };
 
-/* The keys of a plant's file, outermost mapping: a table of *entries. */
-const struct yaml_entry *model_keys(tl_plant plant, size_t *entries);
+#define MODEL_MAX_ENTRIES 24 /* of a plant's own in one mapping */
+#define MODEL_MAX_SECTIONS 12
+/* The keys of a plant's file, made from tl_model_keys and what every plant may have. Stays where it is: its parts
+ * point at each other. */
+struct model_table {
+  struct yaml_entry entry[MODEL_MAX_ENTRIES + 8]; /* the outermost mapping */
+  size_t entries;
+  struct yaml_entry section[MODEL_MAX_SECTIONS][MODEL_MAX_ENTRIES];
+  size_t sections;
+  char text[512]; /* the sections' names */
+  size_t length;
+};
+void model_keys(tl_plant plant, struct model_table *table);
+
+/* Does a section begin at `before` characters of a key's name? Its name's length, and in *n how many of the keys
+ * stand in it; or 0 and 1. */
+size_t model_key_section(const tl_key *key, int keys, size_t before, int *n);
 
 /* The place in tl_model of a dotted key such as "knee.friction.coulomb_Nm"; 0 and *offset, or -1. */
 int model_key_offset(tl_plant plant, const char *dotted, size_t *offset);

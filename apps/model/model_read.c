@@ -1,8 +1,22 @@
 /* model_read.c: a model file from end to end. */
+#include <stdio.h>
 #include <string.h>
 
 #include "model_keys.h"
-#include "plant_name.h"
+
+/* "expected leg, pendulum or slider, found ..." */
+static int unknown_plant(struct yaml_file *yaml, const yaml_node_t *node, const char *name,
+                         struct app_error *error) {
+  char names[256];
+  size_t length = 0;
+  for (int i = 0; i < TL_PLANT_COUNT && length < sizeof names; i++)
+    length += (size_t)snprintf(names + length, sizeof names - length, "%s%s",
+                               i == 0                    ? ""
+                               : i == TL_PLANT_COUNT - 1 ? " or "
+                                                         : ", ",
+                               tl_plant_facts((tl_plant)i)->name);
+  return yaml_fail(yaml, node, error, "expected %s, found '%.40s'", names, name);
+}
 
 /* the plant decides which keys there are, so it is looked up first, wherever it stands */
 static int read_plant(struct yaml_file *yaml, tl_plant *plant, struct app_error *error) {
@@ -12,20 +26,19 @@ static int read_plant(struct yaml_file *yaml, tl_plant *plant, struct app_error 
   if (!node) return yaml_fail(yaml, root, error, "missing key");
   const char *name = yaml_text(yaml, node, error);
   if (!name) return -1;
-  if (plant_from_name(name, plant) != 0)
-    return yaml_fail(yaml, node, error, "expected leg, pendulum or slider, found '%.40s'", name);
+  if (tl_plant_find(name, plant) != TL_OK) return unknown_plant(yaml, node, name, error);
   yaml_key_leave(yaml, before);
   return 0;
 }
 
 static int read_model(struct yaml_file *yaml, struct model_draft *draft, struct app_error *error) {
-  tl_plant plant = TL_PLANT_LEG;
-  size_t entries;
+  tl_plant plant = TL_PLANT_COUNT;
+  struct model_table table;
   if (read_plant(yaml, &plant, error) != 0) return -1;
   if (tl_model_init(&draft->file.model, plant) != TL_OK) return app_fail(error, APP_FAILED, "unknown plant");
   draft->file.score = tl_score_defaults();
-  const struct yaml_entry *table = model_keys(plant, &entries);
-  if (yaml_read_map(yaml, yaml_file_root(yaml), table, entries, draft, error) != 0) return -1;
+  model_keys(plant, &table);
+  if (yaml_read_map(yaml, yaml_file_root(yaml), table.entry, table.entries, draft, error) != 0) return -1;
   if (model_read_bounds(yaml, draft, error) != 0) return -1;
   /* the tables hold every range; this is the library's own opinion of the whole */
   if (tl_model_check(&draft->file.model) != TL_OK)

@@ -5,7 +5,7 @@
 #include "common/number.h"
 #include "common/output.h"
 #include "model_bus.h"
-#include "plant_name.h"
+#include "model_keys.h"
 
 /* A number that both this reader and YAML 1.1 (which wants a point before an exponent) take for
  * the same double: 1e-06 becomes 1.0e-06. */
@@ -45,7 +45,6 @@ static void put_comment(struct output *out, const char *comment) {
 }
 
 static void put_transmission(struct output *out, const tl_transmission *t) {
-  output_text(out, "  transmission: ");
   if (t->kind == TL_TRANSMISSION_SCREW_LINKAGE) {
     put(out, "{type: screw_linkage, lead_m: ", t->linkage.lead_m);
     put(out, ", AB_m: ", t->linkage.AB_m);
@@ -58,51 +57,52 @@ static void put_transmission(struct output *out, const tl_transmission *t) {
     put_list(out, ", b: ", t->fourier.b, TL_FOURIER_ORDER);
   } else
     put(out, "{type: fixed, ratio: ", t->ratio);
+  output_text(out, "}");
+}
+
+static void put_value(struct output *out, const tl_model *m, const tl_key *key) {
+  const void *at = (const char *)m + key->offset;
+  double x;
+  if (key->kind == TL_KEY_TRANSMISSION) {
+    put_transmission(out, at);
+    return;
+  }
+  memcpy(&x, at, sizeof x);
+  put_number(out, x);
+}
+
+/* a section of numbers alone stands on one line */
+static int is_flat(const tl_key *key, int keys, size_t before) {
+  for (int i = 0; i < keys; i++)
+    if (key[i].kind == TL_KEY_TRANSMISSION || strchr(key[i].name + before, '.')) return 0;
+  return 1;
+}
+
+static void put_line(struct output *out, const tl_model *m, const tl_key *key, int keys, size_t before) {
+  for (int i = 0; i < keys; i++) {
+    output_printf(out, "%s%s: ", i ? ", " : "{", key[i].name + before);
+    put_value(out, m, &key[i]);
+  }
   output_text(out, "}\n");
 }
 
-static void put_drive(struct output *out, const char *name, const tl_drive *drive, int has_rotor) {
-  output_printf(out, "%s:\n", name);
-  put_transmission(out, &drive->transmission);
-  put(out, "  torque_constant_Nm_A: ", drive->torque_constant_Nm_A);
-  if (has_rotor) put(out, "\n  rotor_inertia_kg_m2: ", drive->rotor_inertia_kg_m2);
-  put(out, "\n  friction: {coulomb_Nm: ", drive->coulomb_Nm);
-  put(out, ", viscous_Nms_rad: ", drive->viscous_Nms_rad);
-  output_text(out, "}\n");
-}
-
-static void put_leg(struct output *out, const tl_model *m) {
-  put(out, "gravity_m_s2: ", m->gravity_m_s2);
-  put(out, "\nshank: {length_m: ", m->shank_length_m);
-  put(out, ", mass_kg: ", m->shank_mass_kg);
-  put(out, ", com_m: ", m->shank_com_m);
-  put(out, ", inertia_kg_m2: ", m->shank_inertia_kg_m2);
-  put(out, "}\nfoot: {mass_kg: ", m->foot_mass_kg);
-  put(out, ", com_m: ", m->foot_com_m);
-  put(out, ", inertia_kg_m2: ", m->foot_inertia_kg_m2);
-  put(out, "}\nankle_motor: {mass_kg: ", m->ankle_motor_mass_kg);
-  put(out, ", com_m: ", m->ankle_motor_com_m);
-  output_text(out, "}\n");
-  put_drive(out, "knee", &m->drive[0], 0);
-  put_drive(out, "ankle", &m->drive[1], 1);
-}
-
-static void put_pendulum(struct output *out, const tl_model *m) {
-  put(out, "gravity_m_s2: ", m->gravity_m_s2);
-  put(out, "\ninertia_kg_m2: ", m->inertia_kg_m2);
-  put(out, "\ngravity_moment_kg_m: ", m->gravity_moment_kg_m);
-  put(out, "\ngravity_zero_rad: ", m->gravity_zero_rad);
-  put(out, "\ntorque_offset_Nm: ", m->torque_offset_Nm);
-  output_text(out, "\n");
-  put_drive(out, "joint", &m->drive[0], 0);
-}
-
-static void put_slider(struct output *out, const tl_model *m) {
-  put(out, "mass_kg: ", m->mass_kg);
-  put(out, "\nfriction: {coulomb_N: ", m->drive[0].coulomb_Nm);
-  put(out, ", viscous_Ns_m: ", m->drive[0].viscous_Nms_rad);
-  put(out, "}\nforce_offset_N: ", m->force_offset_N);
-  output_text(out, "\n");
+/* what a plant holds, each name from `before` on, its lines after `indent` */
+static void put_keys(struct output *out, const tl_model *m, const tl_key *key, int keys, size_t before,
+                     const char *indent) {
+  for (int i = 0, n; i < keys; i += n) {
+    const char *name = key[i].name + before;
+    const size_t length = model_key_section(&key[i], keys - i, before, &n), inside = before + length + 1;
+    output_printf(out, "%s%.*s:", indent, (int)(length ? length : strlen(name)), name);
+    output_text(out, length && !is_flat(&key[i], n, inside) ? "\n" : " ");
+    if (length == 0) {
+      put_value(out, m, &key[i]);
+      output_text(out, "\n");
+    } else if (is_flat(&key[i], n, inside)) {
+      put_line(out, m, &key[i], n, inside);
+    } else {
+      put_keys(out, m, &key[i], n, inside, "  "); /* deeper than a drive's friction no file goes */
+    }
+  }
 }
 
 static void put_settings(struct output *out, const struct model_file *file) {
@@ -168,15 +168,15 @@ static int check(const char *path, const struct model_file *file, struct app_err
 int model_file_write(const char *path, const struct model_file *file, const char *comment,
                      struct app_error *error) {
   const tl_model *m = &file->model;
+  int keys;
+  const tl_key *key = tl_model_keys(m->plant, &keys);
   if (check(path, file, error) != 0) return -1;
   struct output *out = output_open(path, error);
   if (!out) return -1;
   put_comment(out, comment);
-  output_printf(out, "plant: %s\n", plant_name(m->plant));
+  output_printf(out, "plant: %s\n", tl_plant_facts(m->plant)->name);
   if (m->form == TL_FORM_PAPER) output_text(out, "form: paper\n");
-  if (m->plant == TL_PLANT_LEG) put_leg(out, m);
-  if (m->plant == TL_PLANT_PENDULUM) put_pendulum(out, m);
-  if (m->plant == TL_PLANT_SLIDER) put_slider(out, m);
+  put_keys(out, m, key, keys, 0, "");
   model_write_bus(out, file);
   put_settings(out, file);
   put_bounds(out, file);

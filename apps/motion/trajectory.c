@@ -23,15 +23,17 @@ struct reader {
 /* ---- the columns ------------------------------------------------------------------- */
 
 static void choose_names(struct reader *r, const tl_model *m) {
-  const int metres = m->plant == TL_PLANT_SLIDER, joints = tl_joint_count(m);
-  const char *const quantity[] = {metres ? "m" : "rad", metres ? "velocity_m_s" : "velocity_rad_s",
-                                  metres ? "force_N" : "torque_Nm"};
+  const tl_facts *f = tl_plant_facts(m->plant);
+  char speed[16], torque[24];
+  const char *const quantity[] = {f->coordinate_unit, speed, torque};
 
+  snprintf(speed, sizeof speed, "velocity_%s_s", f->coordinate_unit);
+  snprintf(torque, sizeof torque, "%s_%s", f->torque_name, f->torque_unit);
   snprintf(r->text[0], NAME_SIZE, "time_s");
   for (int q = 0; q < TRAJECTORY_QUANTITIES; q++)
-    for (int j = 0; j < joints; j++)
-      snprintf(r->text[1 + q * joints + j], NAME_SIZE, "%s_%s", tl_joint_name(m, j), quantity[q]);
-  for (int c = 0; c < 1 + TRAJECTORY_QUANTITIES * joints; c++) r->name[c] = r->text[c];
+    for (int j = 0; j < f->joints; j++)
+      snprintf(r->text[1 + q * f->joints + j], NAME_SIZE, "%s_%s", f->joint[j], quantity[q]);
+  for (int c = 0; c < 1 + TRAJECTORY_QUANTITIES * f->joints; c++) r->name[c] = r->text[c];
 }
 
 static int take_header(const struct csv_lines *lines, void *context, struct app_error *error) {

@@ -34,8 +34,7 @@ static enum cli_result check_result(const char *recording) {
 
 /* gravity needs the angle */
 static void note_gravity(const tl_model *model, const struct stream *stream, const char *path) {
-  if (model->plant == TL_PLANT_PENDULUM && model->gravity_moment_kg_m != 0.0 &&
-      stream_regression(stream)->layout.position[0] == TL_CHANNEL_COUNT)
+  if (tl_has_gravity(model) && stream_regression(stream)->layout.position[0] == TL_NO_CHANNEL)
     app_note("%s has no joint_rad: gravity is not predicted", path);
 }
 

@@ -15,11 +15,15 @@ struct predicting {
   double last_s, last[TL_MAX_JOINTS];
 };
 
-/* columns of the answer, without the time */
-static const char *header(const tl_model *model, const tl_layout *layout) {
-  if (model->plant == TL_PLANT_LEG) return "time_s,knee_motor_torque_Nm,ankle_motor_torque_Nm\n";
-  if (model->plant == TL_PLANT_SLIDER) return "time_s,slider_force_N\n";
-  return layout->load == TL_CHANNEL_COUNT ? "time_s,joint_torque_Nm\n" : "time_s,joint_load_Nm\n";
+/* the names of the columns; with a sensor at the output, that column is what is predicted */
+static void write_header(struct output *out, const tl_model *model, const tl_layout *layout) {
+  const tl_facts *f = tl_plant_facts(model->plant);
+
+  output_text(out, "time_s");
+  for (int j = 0; j < f->joints; j++)
+    output_printf(out, ",%s",
+                  layout->load == TL_NO_CHANNEL ? f->prediction[j] : tl_channel_name(layout->load));
+  output_text(out, "\n");
 }
 
 /* rows [next, end) have no prediction of their own: each holds the nearer of the last one and
@@ -64,7 +68,7 @@ int predict_write(struct output *out, struct recording *recording, struct stream
   struct predicting p = {.out = out, .recording = recording, .joints = tl_joint_count(model)};
 
   tl_base_values(model, p.base);
-  output_text(out, header(model, &stream_regression(stream)->layout));
+  write_header(out, model, &stream_regression(stream)->layout);
   if (stream_motion(stream, write_part, &p, error) != 0) return -1;
   return hold(&p, recording_rows(recording), 0.0, NULL, error);
 }

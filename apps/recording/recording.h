@@ -24,7 +24,7 @@
 #include <stdint.h>
 
 #include "common/error.h"
-#include "talus/channel.h"
+#include "talus/plant.h"
 
 #define RECORDING_MIN_ROWS 100
 

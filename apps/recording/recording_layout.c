@@ -2,9 +2,6 @@
 #include "recording_layout.h"
 
 #include <stdio.h>
-
-#include "model/plant_name.h"
-
 int layout_init(struct layout *layout, const char *path, tl_plant plant, struct app_error *error) {
   layout->plant = plant;
   if (tl_channel_set_of(plant, &layout->set) != TL_OK) return app_fail(error, APP_FAILED, "unknown plant");
@@ -33,6 +30,6 @@ int layout_check(const struct layout *layout, size_t line, struct app_error *err
     csv_list_add(&missing, ", ", choice.text);
   }
   if (!missing.used) return 0;
-  snprintf(why, sizeof why, " (a %s's recording needs it)", plant_name(layout->plant));
+  snprintf(why, sizeof why, " (a %s's recording needs it)", tl_plant_facts(layout->plant)->name);
   return csv_missing(&layout->header, line, missing.text, why, error);
 }

@@ -3,7 +3,7 @@
 #define RECORDING_LAYOUT_H
 
 #include "common/csv.h"
-#include "talus/channel.h"
+#include "talus/plant.h"
 
 struct layout {
   tl_plant plant;

@@ -53,7 +53,8 @@ static int check_asked(const struct twin *t, struct app_error *error) {
   const struct twin_settings *asked = t->asked;
   const char *const model_says = "the model's bus: says how encoders count";
 
-  if (t->model.plant != TL_PLANT_LEG) return app_fail(error, APP_BAD_INPUT, "--can: only a leg has a bus");
+  if (!tl_plant_facts(t->model.plant)->leg_bus)
+    return app_fail(error, APP_BAD_INPUT, "--can: only a leg has a bus");
   if (!t->has_bus)
     return app_fail(error, APP_BAD_INPUT,
                     "%s: bus: missing key, --can needs it (models/leg_bench.yaml has one)", asked->model);

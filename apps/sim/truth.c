@@ -1,23 +1,27 @@
 /* truth.c: see truth.h. */
 #include "truth.h"
 
+#include <stdio.h>
+
 #include "common/json_file.h"
-#include "model/plant_name.h"
 
 #define MOTION_COLUMNS 6 /* a joint */
 
 /* the header of the file of true motion */
 void truth_motion_header(struct output *out, const tl_model *m) {
-  static const char *const quantity[MOTION_COLUMNS] = {"reference",    "position", "velocity",
-                                                       "acceleration", "torque",   "slip"};
-  static const char *const rotary[MOTION_COLUMNS] = {"_rad", "_rad", "_rad_s", "_rad_s2", "_Nm", ""};
-  static const char *const straight[MOTION_COLUMNS] = {"_m", "_m", "_m_s", "_m_s2", "_N", ""};
-  const char *const *unit = m->plant == TL_PLANT_SLIDER ? straight : rotary;
+  static const struct {
+    const char *quantity, *per_time;
+  } column[MOTION_COLUMNS - 2] = {
+      {"reference", ""}, {"position", ""}, {"velocity", "_s"}, {"acceleration", "_s2"}};
+  const tl_facts *f = tl_plant_facts(m->plant);
 
   output_text(out, "time_s");
-  for (int j = 0; j < tl_joint_count(m); j++)
-    for (int k = 0; k < MOTION_COLUMNS; k++)
-      output_printf(out, ",%s_%s%s", tl_joint_name(m, j), quantity[k], unit[k]);
+  for (int j = 0; j < f->joints; j++) {
+    for (int k = 0; k < MOTION_COLUMNS - 2; k++)
+      output_printf(out, ",%s_%s_%s%s", f->joint[j], column[k].quantity, f->coordinate_unit,
+                    column[k].per_time);
+    output_printf(out, ",%s_torque_%s,%s_slip", f->joint[j], f->torque_unit, f->joint[j]);
+  }
   output_text(out, "\n");
 }
 
@@ -72,17 +76,22 @@ static json_t *truth_of_excitation(const struct twin *t) {
 
 static json_t *truth_of_sensors(const struct twin *t) {
   const tl_twin_settings *s = &t->bench;
-  size_t joints = (size_t)tl_joint_count(&t->model);
+  const tl_facts *f = tl_plant_facts(t->model.plant);
+  size_t joints = (size_t)f->joints;
   json_t *o = json_object();
+  char key[64];
 
   json_set_number(o, "sample_hz", s->sample_hz);
   json_set_number(o, "jitter_s", s->jitter_s);
-  json_object_set_new(o, t->model.plant == TL_PLANT_SLIDER ? "force_noise_N" : "current_noise_A",
-                      json_numbers(s->current_noise_A, joints));
-  json_object_set_new(o, t->model.plant == TL_PLANT_SLIDER ? "position_step_m" : "encoder_step_rad",
-                      json_numbers(s->drive_step_rad, joints));
-  if (t->model.plant != TL_PLANT_LEG) return o;
-  json_set_number(o, "ankle_joint_step_rad", s->ankle_step_rad);
+  snprintf(key, sizeof key, "%s_noise_%s", f->torque_name, f->torque_unit);
+  json_object_set_new(o, f->motor ? "current_noise_A" : key, json_numbers(s->current_noise_A, joints));
+  snprintf(key, sizeof key, "%s_step_%s", f->motor ? "encoder" : "position", f->coordinate_unit);
+  json_object_set_new(o, key, json_numbers(s->drive_step_rad, joints));
+  for (int j = 0; j < f->joints; j++) {
+    if (f->sensors.encoder[j] == TL_NO_CHANNEL) continue;
+    snprintf(key, sizeof key, "%s_joint_step_rad", f->joint[j]);
+    json_set_number(o, key, s->ankle_step_rad);
+  }
   if (t->asked->camera) json_set_number(o, "camera_noise_rad", s->camera_noise_rad);
   return o;
 }
@@ -132,7 +141,7 @@ int truth_write(const struct twin *t, const tl_twin *b, struct app_error *error)
   for (int i = 0; i < tl_base_count(&t->model); i++)
     json_set_number(bases, tl_base_name(&t->model, i), base[i]);
   json_set_text(root, "schema", "talus-sim/1");
-  json_set_text(root, "plant", plant_name(t->model.plant));
+  json_set_text(root, "plant", tl_plant_facts(t->model.plant)->name);
   json_object_set_new(root, "seed", json_integer((json_int_t)t->asked->seed));
   json_object_set_new(root, "phase_seed", json_integer((json_int_t)t->asked->phase_seed));
   json_set_number(root, "duration_s", t->duration_s);

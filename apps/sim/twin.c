@@ -8,7 +8,6 @@
 #include "common/output.h"
 #include "common/progress.h"
 #include "live.h"
-#include "model/plant_name.h"
 #include "motion/limits.h"
 #include "orders.h"
 #include "recording/recording.h"
@@ -106,17 +105,21 @@ static void make_bench(struct twin *t) {
   replace(&s->jitter_s, asked->jitter_s);
   replace(&s->sample_hz, asked->rate_hz);
   replace(&s->control_hz, asked->control_hz);
-  if (asked->camera) s->channels |= TL_CHANNEL_BIT(TL_CHANNEL_SHANK) | TL_CHANNEL_BIT(TL_CHANNEL_FOOT);
+  for (int j = 0; asked->camera && j < tl_joint_count(&t->model); j++)
+    s->channels |= TL_CHANNEL_BIT(tl_plant_facts(t->model.plant)->sensors.camera[j]);
   s->seed = asked->seed;
   s->effect = t->effect;
   s->effects = t->effects;
 }
 
-static const char *unit_of(const tl_model *m, tl_quantity quantity) {
-  static const char *const rotary[TL_QUANTITIES] = {"rad", "rad", "rad/s", "rad/s^2", "Nm"};
-  static const char *const straight[TL_QUANTITIES] = {"m", "m", "m/s", "m/s^2", "N"};
+static const char *unit_of(const tl_model *m, tl_quantity quantity, char text[16]) {
+  static const char *const per_time[TL_QUANTITIES] = {
+      [TL_QUANTITY_SPEED] = "/s", [TL_QUANTITY_ACCELERATION] = "/s^2"};
+  const tl_facts *f = tl_plant_facts(m->plant);
 
-  return m->plant == TL_PLANT_SLIDER ? straight[quantity] : rotary[quantity];
+  if (quantity == TL_QUANTITY_TORQUE) return f->torque_unit;
+  snprintf(text, 16, "%s%s", f->coordinate_unit, per_time[quantity] ? per_time[quantity] : "");
+  return text;
 }
 
 /* one line with every limit that is broken */
@@ -125,7 +128,8 @@ static int report_broken(const struct twin *t, const tl_peak *peak, int n, struc
   size_t length = 0;
 
   for (int i = 0; i < n && length < sizeof list; i++) {
-    const char *unit = unit_of(&t->model, peak[i].quantity);
+    char text[16];
+    const char *unit = unit_of(&t->model, peak[i].quantity, text);
     length += (size_t)snprintf(list + length, sizeof list - length,
                                "%s%s %s %.4g %s at %.3f s (limit %.4g, %.3g beyond)", i ? "; " : "",
                                tl_joint_name(&t->model, peak[i].joint), tl_quantity_name(peak[i].quantity),
@@ -171,7 +175,7 @@ static int keep_limits(struct twin *t, struct app_error *error) {
 
 /* is what was asked for something that this plant has? */
 static int check_plant(const struct twin *t, struct app_error *error) {
-  if (t->asked->camera && t->model.plant != TL_PLANT_LEG)
+  if (t->asked->camera && tl_plant_facts(t->model.plant)->sensors.camera[0] == TL_NO_CHANNEL)
     return app_fail(error, APP_BAD_INPUT, "--camera: only a leg has camera angles");
   return 0;
 }
@@ -259,25 +263,20 @@ static int decimals_for(double fine) {
   return fine > 0.0 && places < EXACT_DECIMALS ? (places > 0.0 ? (int)places : 0) : EXACT_DECIMALS;
 }
 
-static void choose_decimals(const struct twin *t, int decimals[TL_CHANNEL_COUNT]) {
+static void choose_decimals(const struct twin *t, int decimals[TL_CHANNEL_COUNT + 1]) {
+  const tl_sensors *of = &tl_plant_facts(t->model.plant)->sensors;
   const tl_twin_settings *s = &t->bench;
-  double ratio = 1.0, slope;
 
-  for (int c = 0; c < TL_CHANNEL_COUNT; c++) decimals[c] = EXACT_DECIMALS;
+  for (int c = 0; c <= TL_CHANNEL_COUNT; c++) decimals[c] = EXACT_DECIMALS;
+  for (int j = 0; j < tl_joint_count(&t->model); j++) {
+    const double noise_A = s->current_noise_A[j];
+    decimals[of->position[j]] = decimals[of->command[j]] = decimals_for(s->drive_step_rad[j]);
+    decimals[of->encoder[j]] = decimals_for(s->ankle_step_rad);
+    decimals[of->camera[j]] = decimals_for(s->camera_noise_rad);
+    decimals[of->current[j]] = decimals_for(noise_A);
+    decimals[of->torque[j]] = decimals_for(noise_A * fabs(tl_torque_per_current(&t->model, j, 0.0)));
+  }
   decimals[TL_CHANNEL_TIME] = decimals_for(s->clock_s * ROUNDING_SHARE);
-  decimals[TL_CHANNEL_KNEE_MOTOR] = decimals[TL_CHANNEL_JOINT] = decimals[TL_CHANNEL_SLIDER] =
-      decimals_for(s->drive_step_rad[0]);
-  decimals[TL_CHANNEL_SLIDER_COMMAND] = decimals[TL_CHANNEL_SLIDER];
-  decimals[TL_CHANNEL_ANKLE_MOTOR] = decimals_for(s->drive_step_rad[1]);
-  decimals[TL_CHANNEL_ANKLE_JOINT] = decimals_for(s->ankle_step_rad);
-  decimals[TL_CHANNEL_SHANK] = decimals[TL_CHANNEL_FOOT] = decimals_for(s->camera_noise_rad);
-  decimals[TL_CHANNEL_KNEE_CURRENT] = decimals[TL_CHANNEL_JOINT_CURRENT] = decimals[TL_CHANNEL_SLIDER_FORCE] =
-      decimals_for(s->current_noise_A[0]);
-  decimals[TL_CHANNEL_ANKLE_CURRENT] = decimals_for(s->current_noise_A[1]);
-  if (t->model.plant == TL_PLANT_PENDULUM)
-    tl_transmission_ratio(&t->model.drive[0].transmission, 0.0, &ratio, &slope);
-  decimals[TL_CHANNEL_JOINT_TORQUE] =
-      decimals_for(s->current_noise_A[0] * fabs(ratio) * t->model.drive[0].torque_constant_Nm_A);
 }
 
 /* ---- the run --------------------------------------------------------------------- */
@@ -323,7 +322,7 @@ static int run(struct twin *t, tl_twin *bench, struct recording_writer *writer, 
 }
 
 int twin_run(struct twin *twin, struct app_error *error) {
-  int decimals[TL_CHANNEL_COUNT], result = -1;
+  int decimals[TL_CHANNEL_COUNT + 1], result = -1;
   struct recording_writer *writer = NULL;
   struct output *motion = NULL;
   tl_twin bench;

@@ -1,19 +1,15 @@
 /* channel.h: the columns of a recording by meaning.
  *
- * A recording holds the channels that its plant knows, in any order; each has
+ * A recording holds the channels that its plant knows (tl_channel_set_of), in any order; each has
  * one name, which is also its column's name and says its unit.
  *
- *     tl_channel_set set;
- *     if (tl_channel_set_of(TL_PLANT_LEG, &set) != TL_OK) ...
- *     int needed = (set.required & TL_CHANNEL_BIT(TL_CHANNEL_TIME)) != 0;
+ *     uint32_t recorded = TL_CHANNEL_BIT(TL_CHANNEL_TIME) | TL_CHANNEL_BIT(TL_CHANNEL_SLIDER);
+ *     const char *column = tl_channel_name(TL_CHANNEL_SLIDER); // "slider_m"
  */
 #ifndef TALUS_CHANNEL_H
 #define TALUS_CHANNEL_H
 
 #include <stdint.h>
-
-#include "talus/plant.h"
-#include "talus/status.h"
 
 #ifdef __cplusplus
 extern "C" {
@@ -48,21 +44,13 @@ typedef enum tl_channel {
   TL_CHANNEL_COUNT
 } tl_channel;
 
+#define TL_NO_CHANNEL TL_CHANNEL_COUNT
+
 /* A channel's place in a set of channels. */
 #define TL_CHANNEL_BIT(channel) ((uint32_t)1 << (channel))
 
-/* What a plant's recording holds; each member is a set of TL_CHANNEL_BIT. */
-typedef struct tl_channel_set {
-  uint32_t known;     /* required, optional, and those of any_of */
-  uint32_t required;  /* every one must be there */
-  uint32_t any_of[2]; /* of each set that is not empty, at least one must be there */
-} tl_channel_set;
-
 /* The column's name, e.g. "knee_current_A"; NULL for a number that is no channel. */
 const char *tl_channel_name(tl_channel channel);
-
-/* The channels of a plant. TL_ERR_ARGUMENT for an unknown plant or set NULL. */
-TL_CHECK tl_status tl_channel_set_of(tl_plant plant, tl_channel_set *set);
 
 #ifdef __cplusplus
 }

@@ -1,4 +1,4 @@
-/* plant.h: the three plants, their dynamics and what can be identified of them.
+/* plant.h: the plants, their dynamics and what can be identified of them.
  *
  * Coordinates are the joints': for the leg q = (knee, ankle) with the shank's
  * absolute angle theta_s = q[0] and the foot's theta_f = q[0] + q[1], clockwise
@@ -18,7 +18,9 @@
 #define TALUS_PLANT_H
 
 #include <stddef.h>
+#include <stdint.h>
 
+#include "talus/channel.h"
 #include "talus/status.h"
 #include "talus/transmission.h"
 
@@ -30,8 +32,13 @@ extern "C" {
 #define TL_MAX_PARAMETERS 10 /* physical parameters that identification moves */
 #define TL_MAX_BASE 9        /* linear (base) parameters */
 #define TL_MAX_ROW 8         /* base parameters that one joint's row involves */
+#define TL_MAX_NUMBERS 8     /* numbers of a plant that has no members of its own in tl_model */
 
-typedef enum tl_plant { TL_PLANT_LEG = 0, TL_PLANT_PENDULUM = 1, TL_PLANT_SLIDER = 2 } tl_plant;
+/* Every plant: its enumerator TL_PLANT_LEG = 0, ..., and its file lib/plant_leg.c, .... docs/equations.md says
+ * how to add one. */
+#define TL_PLANTS(row) row(LEG, leg) row(PENDULUM, pendulum) row(SLIDER, slider)
+#define TL_PLANT_ENUMERATOR(upper, lower) TL_PLANT_##upper,
+typedef enum tl_plant { TL_PLANTS(TL_PLANT_ENUMERATOR) TL_PLANT_COUNT } tl_plant;
 
 /* TL_FORM_PAPER reproduces the paper's print (docs/equations.md), leg only. */
 typedef enum tl_form { TL_FORM_LAGRANGE = 0, TL_FORM_PAPER = 1 } tl_form;
@@ -59,6 +66,8 @@ typedef struct tl_model {
   double inertia_kg_m2, gravity_moment_kg_m, gravity_zero_rad, torque_offset_Nm;
   /* slider */
   double mass_kg, force_offset_N;
+  /* another plant; its file says which is which */
+  double number[TL_MAX_NUMBERS];
   /* leg: knee, ankle; pendulum: joint; slider: slider */
   tl_drive drive[TL_MAX_JOINTS];
 } tl_model;
@@ -73,6 +82,83 @@ typedef struct tl_motion {
   double a[TL_MAX_JOINTS];    /* [rad/s^2] or [m/s^2] */
   double slip[TL_MAX_JOINTS]; /* [-1, 1] */
 } tl_motion;
+
+/* ---- what is known of a plant without its numbers ------------------------ */
+
+/* What a plant's recording holds; each member is a set of TL_CHANNEL_BIT. */
+typedef struct tl_channel_set {
+  uint32_t known;     /* required, optional, and those of any_of */
+  uint32_t required;  /* every one must be there */
+  uint32_t any_of[2]; /* of each set that is not empty, at least one must be there */
+} tl_channel_set;
+
+/* What a recording can show of each joint; TL_NO_CHANNEL where nothing does. */
+typedef struct tl_sensors {
+  int at_motor; /* 1: position and torque are the motor's; 0: the joint's */
+  tl_channel position[TL_MAX_JOINTS], velocity[TL_MAX_JOINTS];
+  tl_channel current[TL_MAX_JOINTS], torque[TL_MAX_JOINTS]; /* a recorded torque is preferred to a current */
+  tl_channel temperature[TL_MAX_JOINTS];
+  tl_channel encoder[TL_MAX_JOINTS]; /* an absolute one at the joint, beside the motor's */
+  tl_channel camera[TL_MAX_JOINTS];  /* absolute angle of the link that the joint moves */
+  tl_channel command[TL_MAX_JOINTS]; /* position set-point */
+  tl_channel load;                   /* a torque sensor at the output */
+} tl_sensors;
+
+/* Excitation that suits a plant, and its bench in simulation. */
+typedef struct tl_plant_bench {
+  double multisine_amplitude[TL_MAX_JOINTS]; /* [rad] or [m] */
+  double ramp_amplitude[TL_MAX_JOINTS];      /* [rad] or [m] */
+  double ramp_speed[3];                      /* [rad/s] or [m/s] */
+  double ramp_acceleration;                  /* [rad/s^2] or [m/s^2] */
+  double speed, acceleration;                /* limits of every joint, same units */
+  double position[TL_MAX_JOINTS];            /* limit to both sides [rad] or [m]; 0: none */
+  double drive_step[TL_MAX_JOINTS];          /* resolution of the drives' encoders [rad] or [m] */
+  double current_noise_A[TL_MAX_JOINTS];     /* standard deviation; 0: a share of the current limit */
+} tl_plant_bench;
+
+/* Where an effect can stand: kinds of joints, and the base that carries the plant. */
+enum { TL_PLACE_KNEE = 1, TL_PLACE_ANKLE = 2, TL_PLACE_SINGLE = 4, TL_PLACE_BASE = 8 };
+
+typedef struct tl_facts {
+  const char *name; /* "leg": as in a model file */
+  int joints;
+  const char *joint[TL_MAX_JOINTS];      /* "knee" */
+  const char *coordinate_unit;           /* "rad" or "m" */
+  const char *torque_unit;               /* "Nm" or "N" */
+  const char *torque_name;               /* "torque" or "force" */
+  const char *prediction[TL_MAX_JOINTS]; /* column of the predicted torque: "knee_motor_torque_Nm" */
+  int place[TL_MAX_JOINTS + 1];          /* TL_PLACE_... of each joint and, last, of the base; 0: none */
+  int motor;                             /* 1: a motor drives each joint through a transmission; 0: a force */
+  int paper_form;                        /* 1: TL_FORM_PAPER is defined */
+  int leg_bus;                           /* 1: the machine speaks the leg's CAN bus (docs/bus.md) */
+  tl_channel_set channels;
+  tl_sensors sensors;
+  tl_plant_bench bench;
+} tl_facts;
+
+/* Of an unknown plant: no joints, no name. */
+const tl_facts *tl_plant_facts(tl_plant plant);
+/* The plant of a name. TL_ERR_ARGUMENT for an unknown one. */
+TL_CHECK tl_status tl_plant_find(const char *name, tl_plant *plant);
+/* The channels of a plant. TL_ERR_ARGUMENT for an unknown plant or set NULL. */
+TL_CHECK tl_status tl_channel_set_of(tl_plant plant, tl_channel_set *set);
+
+/* A number or a transmission that a plant's model file holds. */
+typedef enum tl_key_kind {
+  TL_KEY_ANY = 0,      /* a finite number */
+  TL_KEY_POSITIVE,     /* above 0 */
+  TL_KEY_NOT_NEGATIVE, /* 0 or above */
+  TL_KEY_TRANSMISSION  /* a tl_transmission */
+} tl_key_kind;
+typedef struct tl_key {
+  const char *name; /* with its sections: "knee.friction.coulomb_Nm" */
+  size_t offset;    /* of its double or tl_transmission in tl_model */
+  tl_key_kind kind;
+  int optional; /* 1: may be left out, then 0 */
+} tl_key;
+
+/* Keys of a plant's model file in its order, those of one section together; n of them. */
+const tl_key *tl_model_keys(tl_plant plant, int *n);
 
 /* Number of joints: 2, 1, 1; 0 for an unknown plant. */
 int tl_joint_count(const tl_model *m);
@@ -105,6 +191,41 @@ void tl_inertia_matrix(const tl_model *m, const double q[TL_MAX_JOINTS],
 /* Joint-space torque: torque[] times the ratio at q (leg), or itself. */
 void tl_joint_torque(const tl_model *m, const double q[TL_MAX_JOINTS], const double torque[TL_MAX_JOINTS],
                      double joint_torque[TL_MAX_JOINTS]);
+/* ---- one joint's drive --------------------------------------------------- */
+
+/* Joint torque per recorded torque at q: the drive's ratio where the torque is the motor's, 1 where it is the
+ * joint's. */
+double tl_torque_ratio(const tl_model *m, int joint, double q);
+/* The motor's torque at a recorded one, where the motor turns `ratio` times as fast as the joint. */
+double tl_motor_torque(const tl_model *m, double torque, double ratio);
+/* Torque as recorded per current at q [N m / A]; 1 where no current but the force itself is recorded. */
+double tl_torque_per_current(const tl_model *m, int joint, double q);
+/* The drive's angle that is recorded at q, the motor's or the joint's, and its rate per rate of q. */
+double tl_drive_position(const tl_model *m, int joint, double q);
+double tl_drive_ratio(const tl_model *m, int joint, double q);
+/* Angle of the joint's motor at q, and its rate per rate of q: q and 1 where there is no transmission. */
+double tl_motor_angle(const tl_model *m, int joint, double q);
+double tl_motor_ratio(const tl_model *m, int joint, double q);
+
+/* Constant part of a joint's torque [N m] or [N]: 0 where the plant has none. */
+double tl_joint_offset(const tl_model *m, int joint);
+/* The model without constant torques. */
+void tl_clear_offsets(tl_model *m);
+/* Inertia that turns with a joint's motor, in the joint's coordinate, and in *torque what its changing ratio
+ * takes: of the rotor where the model has one, else `share` of the joint's own inertia. */
+double tl_motor_inertia(const tl_model *m, int joint, double share, const tl_motion *motion, double *torque);
+/* Takes it out of the model, whose torque at the joint then is the joint's: no rotor, ratio 1. */
+void tl_take_motor(tl_model *m, int joint, double share);
+/* Joint torque that accelerates the rotor of a joint's motor; 0 where the model has none of its own. */
+double tl_rotor_torque(const tl_model *m, const tl_motion *motion, int joint);
+
+/* Does gravity act? Not on a slider, nor on a pendulum whose moment is 0. */
+int tl_has_gravity(const tl_model *m);
+/* Angle of joint 0 at which the plant hangs straight down [rad]. */
+double tl_gravity_zero(const tl_model *m);
+/* Joint torque per tilt of the base about the joints' axes [N m / rad], for every joint. */
+void tl_gravity_tilt(const tl_model *m, const double q[TL_MAX_JOINTS], double joint_torque[TL_MAX_JOINTS]);
+
 /* Kinetic and potential energy [J] (potential 0 at rest, hanging; constant offsets
  * of torque and force do not count). */
 void tl_energy(const tl_model *m, const tl_motion *motion, double *kinetic_J, double *potential_J);
@@ -151,6 +272,26 @@ int tl_row_index(const tl_model *m, int joint, int index[TL_MAX_ROW]);
  * on what is identified. */
 void tl_regressor(const tl_model *m, const tl_motion *motion, double row[TL_MAX_JOINTS * TL_MAX_ROW],
                   double known[TL_MAX_JOINTS]);
+
+/* ---- many instants at once ----------------------------------------------- */
+
+/* Where a motion stands: for each joint of the plant arrays of n <= TL_BLOCK_ROWS. With 64 instants the rows
+ * take 10 KiB: for the stack of a controller. */
+#define TL_BLOCK_ROWS 64
+typedef struct tl_motion_block {
+  const double *q[TL_MAX_JOINTS], *v[TL_MAX_JOINTS], *a[TL_MAX_JOINTS], *slip[TL_MAX_JOINTS];
+} tl_motion_block;
+/* Their regressor, column after column, with room for the target behind a joint's last column. */
+typedef struct tl_regressor_block {
+  double column[TL_MAX_JOINTS][TL_MAX_ROW + 1][TL_BLOCK_ROWS];
+  double known[TL_MAX_JOINTS][TL_BLOCK_ROWS];
+} tl_regressor_block;
+
+/* slip of n instants as tl_slip_from_velocity says, (n) for each joint of the plant */
+void tl_slip_block(const tl_model *m, const double *const v[TL_MAX_JOINTS], size_t n,
+                   double slip[TL_MAX_JOINTS][TL_BLOCK_ROWS]);
+/* The rows of n instants, the same bits as tl_regressor's; columns that a joint does not have are undefined. */
+void tl_regressor_rows(const tl_model *m, const tl_motion_block *motion, size_t n, tl_regressor_block *rows);
 
 #ifdef __cplusplus
 }

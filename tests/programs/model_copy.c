@@ -10,7 +10,6 @@
 #include <string.h>
 
 #include "model/model_file.h"
-#include "model/plant_name.h"
 
 #define SHOW(member) printf("%s %.17g\n", #member, m->member)
 
@@ -35,7 +34,7 @@ static void show_drive(const tl_model *m, int j) {
 }
 
 static void show_model(const tl_model *m) {
-  printf("plant %s\nform %d\n", plant_name(m->plant), (int)m->form);
+  printf("plant %s\nform %d\n", tl_plant_facts(m->plant)->name, (int)m->form);
   SHOW(gravity_m_s2);
   SHOW(shank_length_m), SHOW(shank_mass_kg), SHOW(shank_com_m), SHOW(shank_inertia_kg_m2);
   SHOW(foot_mass_kg), SHOW(foot_com_m), SHOW(foot_inertia_kg_m2);

@@ -9,7 +9,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "model/plant_name.h"
 #include "recording/recording.h"
 
 static int print_summary(const struct recording *r) {
@@ -57,7 +56,7 @@ int main(int argc, char **argv) {
   struct app_error error;
   tl_plant plant;
   app_set_name("recording_read");
-  if (argc < 3 || plant_from_name(argv[1], &plant) != 0) return APP_BAD_INPUT;
+  if (argc < 3 || tl_plant_find(argv[1], &plant) != TL_OK) return APP_BAD_INPUT;
   struct recording *r = recording_open(argv[2], plant, &error);
   if (!r) return app_exit(&error);
   int result = 0;

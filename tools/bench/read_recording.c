@@ -12,7 +12,6 @@
 #include <stdlib.h>
 #include <time.h>
 
-#include "model/plant_name.h"
 #include "recording/recording.h"
 
 static double seconds(clockid_t clock) {
@@ -52,7 +51,7 @@ int main(int argc, char **argv) {
   struct app_error error;
   tl_plant plant;
   app_set_name("read_recording");
-  if (argc != 3 || plant_from_name(argv[1], &plant) != 0) {
+  if (argc != 3 || tl_plant_find(argv[1], &plant) != TL_OK) {
     fprintf(stderr, "usage: read_recording PLANT FILE\n");
     return APP_BAD_INPUT;
   }

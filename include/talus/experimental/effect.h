@@ -63,7 +63,12 @@ enum {
 };
 
 /* Where an effect can stand. */
-enum { TL_EFFECT_AT_KNEE = 1, TL_EFFECT_AT_ANKLE = 2, TL_EFFECT_AT_SINGLE = 4, TL_EFFECT_AT_BASE = 8 };
+enum {
+  TL_EFFECT_AT_KNEE = TL_PLACE_KNEE,
+  TL_EFFECT_AT_ANKLE = TL_PLACE_ANKLE,
+  TL_EFFECT_AT_SINGLE = TL_PLACE_SINGLE,
+  TL_EFFECT_AT_BASE = TL_PLACE_BASE
+};
 
 /* How it acts. */
 enum {
