@@ -56,6 +56,9 @@
 #include "talus/score.h"
 #include "talus/signal.h"
 
+/* pictures */
+#include "talus/marker.h"
+
 /* identification */
 #include "talus/identify.h"
 
