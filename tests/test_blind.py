@@ -136,7 +136,7 @@ def test_draws_cover_the_catalogue_in_several_forms():
     both, ankle, knee, base = {"knee", "ankle"}, {"ankle"}, {"knee"}, {"base"}
     only = {"kinematic_error": knee, "linkage_error": ankle, "encoder_eccentricity": ankle, "gravity_tilt": base,
             "base_compliance": base}  # fmt: skip
-    assert set(forms) == set(scores.ALLOWED) and len(forms) == 20
+    assert set(forms) == set(effects.SHOWS) and len(forms) == 20
     assert joints == {name: only.get(name, both) for name in forms}
     assert {name for name, kinds in forms.items() if len(kinds) < 2} == {"current_offset"}
     assert len(unknowns.KINDS) >= 6

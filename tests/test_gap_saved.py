@@ -5,7 +5,8 @@ import math
 import numpy
 import pytest
 import yaml
-from talus.diagnosis.catalogue import candidates, sparse
+from talus.diagnosis.catalogue import sparse
+from talus.diagnosis.effects import candidates
 from talus.diagnosis.evidence import Evidence
 from talus.diagnosis.kinds import kind_of
 from talus.diagnosis.scene import Extent, Scene

@@ -2,7 +2,6 @@
 
 import pytest
 from talus.diagnosis import words
-from talus.diagnosis.where import NATURAL
 
 
 def gap(identified, extended, floor, closed, unit="Nm"):
@@ -63,10 +62,6 @@ def test_poor_recordings():
     poor = report("unknown", "none", 1.0, knee=gap(0.1, 0.1, 0.0, 0.0)) | {"alternatives": []}
     assert words.is_poor(poor) and "cannot carry a diagnosis" in words.sentence(poor)
     assert not words.is_poor(report("unknown", "none", 0.9))
-
-
-def test_every_effect_has_plain_words():
-    assert set(NATURAL) <= set(words.PLAIN)
 
 
 @pytest.mark.parametrize(("figures", "x", "text"), [([0.1, 0.0034], 0.0034, "3.400 mNm"), ([2.0, 0.5], 0.5, "0.5000 Nm"),

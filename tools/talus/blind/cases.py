@@ -102,7 +102,7 @@ def drive_gives_out(drawn, simulated):
     """Does a current go far beyond the one at which a droop is told? Some forms would then give ever less torque for more
     current, as no drive does that is on a bench."""
     peak = current_peak_A(simulated)
-    return any(one.effect == "torque_saturation" and peak[one.joint] > FARTHEST_DROOP * effects.PEAK_A[one.joint] for one in drawn)
+    return any(effects.droops(one) and peak[one.joint] > FARTHEST_DROOP * effects.PEAK_A[one.joint] for one in drawn)
 
 
 def settle(case):

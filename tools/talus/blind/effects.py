@@ -426,6 +426,22 @@ CATALOGUE = {
     "base_compliance": (base_compliance, BASE),
 }
 
+SHOWS = {  # coordinates over which each may be reported; the judge's own table, so that no change of the diagnosis moves it
+    "stribeck": {"velocity", "reversal"}, "load_friction": {"load", "current", "acceleration"},
+    "asymmetric_friction": {"velocity"}, "nonlinear_viscous": {"velocity"}, "position_friction": {"position"},
+    "presliding": {"reversal"}, "friction_drift": {"time"}, "backlash": {"reversal", "load", "encoder"},
+    "elasticity": {"load", "acceleration", "frequency", "encoder"}, "kinematic_error": {"motor_angle"},
+    "linkage_error": {"position", "encoder"}, "directional_efficiency": {"load", "current"}, "cogging": {"motor_angle"},
+    "torque_saturation": {"current", "load"}, "current_offset": {"current", "velocity", "position"},
+    "delay": {"acceleration", "frequency", "reversal"}, "encoder_eccentricity": {"encoder", "position", "motor_angle"},
+    "gravity_tilt": {"position"}, "parallel_spring": {"position"}, "base_compliance": {"frequency", "acceleration"},
+}  # fmt: skip
+
+
+def droops(drawn):
+    """Does its drive give ever less torque per current?"""
+    return drawn.effect == "torque_saturation"
+
 
 def draw(rng, plant, number):
     """One effect; `number` in 0..1 chooses which."""

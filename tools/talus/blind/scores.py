@@ -2,16 +2,8 @@
 
 from statistics import mean, median
 
-ALLOWED = {  # coordinates that the catalogue allows
-    "stribeck": {"velocity", "reversal"}, "load_friction": {"load", "current", "acceleration"},
-    "asymmetric_friction": {"velocity"}, "nonlinear_viscous": {"velocity"}, "position_friction": {"position"},
-    "presliding": {"reversal"}, "friction_drift": {"time"}, "backlash": {"reversal", "load", "encoder"},
-    "elasticity": {"load", "acceleration", "frequency", "encoder"}, "kinematic_error": {"motor_angle"},
-    "linkage_error": {"position", "encoder"}, "directional_efficiency": {"load", "current"}, "cogging": {"motor_angle"},
-    "torque_saturation": {"current", "load"}, "current_offset": {"current", "velocity", "position"},
-    "delay": {"acceleration", "frequency", "reversal"}, "encoder_eccentricity": {"encoder", "position", "motor_angle"},
-    "gravity_tilt": {"position"}, "parallel_spring": {"position"}, "base_compliance": {"frequency", "acceleration"},
-}  # fmt: skip
+from .effects import SHOWS
+
 NO_CAUSE = ("none", "unknown")
 CLOSABLE = 1.1  # identified error over noise from which there is something to close
 
@@ -117,7 +109,7 @@ def judge(label, result):
 
 def _where_right(entry, effects):
     return any(
-        entry["coordinate"] in ALLOWED[e["effect"]] and (e["joint"] == "base" or entry["joint"] in (e["joint"], "base"))
+        entry["coordinate"] in SHOWS[e["effect"]] and (e["joint"] == "base" or entry["joint"] in (e["joint"], "base"))
         for e in effects
     )
 

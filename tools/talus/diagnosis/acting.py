@@ -5,10 +5,9 @@ motion.
 
 import numpy as np
 
+from .effects import EFFECTS, Motion
+
 SMALL = 1e-6  # rad, of differences
-# effects that change their sign with the direction of motion, so that a joint sticks on them too
-DRY = {"stribeck", "load_friction", "directional_efficiency", "asymmetric_friction", "nonlinear_viscous",
-       "position_friction", "presliding", "friction_drift"}  # fmt: skip
 
 
 def one_way(scene, way):
@@ -60,9 +59,10 @@ class Acting:
         self.slope_Nm_rad, self.memories = np.zeros((joints, joints, n)), []
         columns = [(candidate, column) for candidate in chosen for column in candidate.columns]
         for (candidate, column), strength in zip(columns, residuals.strengths[len(residuals.strengths) - len(columns):]):
-            if candidate.effect in DRY:
+            motion = EFFECTS[candidate.effect].motion
+            if motion in (Motion.FRICTION, Motion.HYSTERESIS):
                 self._add_friction(candidate, column, strength)
-            if candidate.effect == "parallel_spring":
+            if motion is Motion.SPRING:
                 self._add_spring(column, strength)
 
     def _at_joints(self, shown, strength):
@@ -76,7 +76,7 @@ class Acting:
         for (j, plus), (_, minus), (_, shown) in zip(ahead, back, as_it_is):
             self.sliding_Nm[j] += shown - 0.5 * (plus + minus)
             self.level_Nm[j] += 0.5 * (plus - minus)
-            if candidate.effect == "presliding":
+            if EFFECTS[candidate.effect].motion is Motion.HYSTERESIS:
                 figures = candidate.parameters([strength])
                 self.memories.append(Memory(j, figures, 0.5 * (plus + minus), 0.5 * (minus - plus)))
 

@@ -4,9 +4,9 @@ import math
 
 import numpy as np
 
-from talus import constants, ffi, lib
-
+from .effects import EFFECTS, places
 from .gram import RIDGE
+from .kinds import kind_of
 
 LARGEST = 0.1  # of the measured torque (RMS): an effect that must be larger to show is called not observable
 OFFSETS = {"torque_offset": "torque_offset_Nm", "force_offset": "force_offset_N"}  # base parameters of single joints
@@ -37,22 +37,18 @@ def least_shares(search):
 
 def applicable(model, load_sensor):
     """Every (effect, joint) of the catalogue that the model can have, and whether it lacks a sensor at the output."""
-    places = [*enumerate(model.joints), (constants.TL_MAX_JOINTS, "base")]
-    count = ffi.new("int *")
-    table = lib.tl_effect_table(count)
-    for kind in (table[k] for k in range(count[0])):
-        for number, name in places:
-            if lib.tl_effect_applies(kind, model.struct, number):
-                yield (ffi.string(kind.name).decode(), name), bool(kind.needs_load_sensor) and not load_sensor
+    for effect, _, joint in places(model):
+        yield (effect.id, joint), bool(kind_of(effect.id).struct.needs_load_sensor) and not load_sensor
 
 
 def not_observable(search):
     """`not_observable` of the report."""
     shares, out = least_shares(search), []
     for key, lacks_sensor in applicable(search.evidence.model, search.evidence.load_sensor):
-        took = offset(search.evidence) if key[0] in ("current_offset", "sensor_offset") else ""
+        effect = EFFECTS[key[0]]
+        took = offset(search.evidence) if effect.in_offset else ""
         why = reason(shares.get(key), lacks_sensor, took)
-        if why and not (lacks_sensor and key[0] == "sensor_offset"):  # there is none that could be wrong
+        if why and not (lacks_sensor and effect.of_load_sensor):  # there is none that could be wrong
             out.append({"effect": key[0], "joint": key[1], "why": why})
     return out
 

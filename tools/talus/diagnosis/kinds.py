@@ -49,6 +49,18 @@ def kind_of(effect):
     return Kind(struct, every[:struct.strengths], every[struct.strengths:])
 
 
+def ids():
+    """Ids of all effects, in the library's order."""
+    count = ffi.new("int *")
+    table = lib.tl_effect_table(count)
+    return [ffi.string(table[k].name).decode() for k in range(count[0])]
+
+
+def applies(effect, model, joint):
+    """Can the effect stand at this joint of the model (by number; TL_MAX_JOINTS: the base)?"""
+    return bool(lib.tl_effect_applies(kind_of(effect).struct, model.struct, joint))
+
+
 def _parameter(p):
     optional = p.flags & lib.TL_PARAMETER_OPTIONAL
     return Parameter(ffi.string(p.name).decode(), p.low, p.high, p.default_value if optional else None)

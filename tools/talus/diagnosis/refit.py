@@ -3,7 +3,7 @@ physical parameters together."""
 
 import numpy as np
 
-from .catalogue.candidate import torque_constant_error
+from .effects import torque_constant_error
 from .gram import Gram
 from .physical import constrained
 from .scene import Scene

@@ -5,8 +5,9 @@ import gc
 
 import numpy as np
 
-from .catalogue import STEPPED, candidates, sparse
-from .catalogue.candidate import torque_constant_error, joined
+from .catalogue import sparse
+from .catalogue.candidate import joined
+from .effects import EFFECTS, candidates, torque_constant_error
 from .figures import Residuals
 from .gram import Gram
 from .scene import Extent, Scene
@@ -33,7 +34,6 @@ COLUMN_PRICE = 2.0  # chi-square for each further column, whose choice the folds
 BEAM = 3
 INERTIAL = ("shank_inertia", "shank_moment", "foot_moment", "foot_inertia")  # the leg's first base parameters
 FARTHEST, FARTHEST_FROM_IDENTIFIED = 1.2, 0.5  # of its value there, that such a parameter may be off beside an effect
-JOINABLE = ("cogging", "kinematic_error", "base_compliance")
 JOINED_MUST_CLOSE = 0.2
 STEPS_WITHIN_TOLERANCE = 2.5  # least steps that a gain must be worth where the tolerance alone explains the excess
 MOST_JOINED = 4
@@ -129,7 +129,7 @@ class Search:
         """Effects of several orders or modes get a second one, where it closes much of what the first leaves."""
         *others, last = fit.chosen
         within = fit.excess < self.tolerated
-        if last.effect not in JOINABLE or (within and self.evidence.leg):
+        if not EFFECTS[last.effect].several or (within and self.evidence.leg):
             return fit
         shapes = [c for c in self.gram.candidates if c.key == last.key and not set(c.columns) & set(last.columns)]
         shapes = [c for c in shapes if len(c.columns) <= len(last.columns)]
@@ -301,7 +301,7 @@ def search(evidence, base, step=lambda text: None):
     if evidence.leg:  # a body that closes little in a first look can be no more than a second effect, whose shape is refined
         gained = {fit.chosen[-1].key: first.plain.excess - fit.excess for fit in singles}
         much = {key for key in gained if gained[key] > PROMISING * max(gained.values())}
-        whole = {c.key for c in first.gram.candidates if c.effect not in STEPPED} | much
+        whole = {c.key for c in first.gram.candidates if not EFFECTS[c.effect].integrated} | much
         wanted = functools.partial(sparse, whole=whole)
     del first, singles, best
     gc.collect()  # candidates hold their scenes in circles

@@ -4,11 +4,11 @@ import math
 
 import numpy as np
 
+from .effects import EFFECTS
 from .search import COLUMN_PRICE, STEPS_WITHIN_TOLERANCE
 
 UNKNOWN_SHARE = 0.30  # of the excess: left open, and the cause counts as unknown with probability one half
 UNKNOWN_SHARE_OF_ONE_LAW = 0.03  # of an effect that stands alone and has no other form
-ONE_LAW = ("asymmetric_friction", "current_offset", "gravity_tilt")
 UNKNOWN_SHARE_OF_ONE_JOINT = 0.65  # one joint alone is a machine's, and those leave more than twins
 LEFT_OF_ONE_JOINT = 0.82  # of its whole error, noise and all: what takes less away is one of many small causes, not the cause
 LEFT_WIDTH = 0.03  # of the logarithm
@@ -70,7 +70,7 @@ def most_open(search, fit):
     """Share of the systematic excess that may be left: there, the cause counts as unknown with probability one half."""
     if search.evidence.joints == 1:
         return UNKNOWN_SHARE_OF_ONE_JOINT
-    alone = len(fit.chosen) == 1 and fit.chosen[0].effect in ONE_LAW
+    alone = len(fit.chosen) == 1 and EFFECTS[fit.chosen[0].effect].one_form
     return UNKNOWN_SHARE_OF_ONE_LAW if alone else UNKNOWN_SHARE
 
 

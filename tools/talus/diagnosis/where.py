@@ -6,6 +6,8 @@ Friction's residual changes its sign with direction, so every map but that of ve
 
 import numpy as np
 
+from .effects import EFFECTS
+
 BINS = 24
 ORDERS = (*range(1, 33), 36, 40, 42, 48, 54, 60, 72, 84)
 ORDER_SPEEDS = 12
@@ -15,17 +17,6 @@ LOWPASS_HZ = 30.0
 LEAST_SHARE = 0.05
 LONGEST_S = 1.0  # since a reversal
 TINY = 1e-12
-NATURAL = {
-    "stribeck": ("velocity", "reversal"), "load_friction": ("load", "current", "acceleration"),
-    "asymmetric_friction": ("velocity",), "nonlinear_viscous": ("velocity",), "position_friction": ("position",),
-    "presliding": ("reversal",), "friction_drift": ("time",), "backlash": ("reversal", "load", "encoder"),
-    "elasticity": ("load", "acceleration", "frequency", "encoder"), "kinematic_error": ("motor_angle",),
-    "linkage_error": ("position", "encoder"), "directional_efficiency": ("load", "current"),
-    "cogging": ("motor_angle",), "torque_saturation": ("current", "load"),
-    "current_offset": ("current", "velocity", "position"), "delay": ("acceleration", "frequency", "reversal"),
-    "encoder_eccentricity": ("encoder", "position", "motor_angle"), "gravity_tilt": ("position",),
-    "parallel_spring": ("position",), "base_compliance": ("frequency", "acceleration"),
-}  # fmt: skip
 LEADS_FROM = 0.5  # of the largest, for a map that suits the named cause
 GENERIC = {"frequency": 0.8}  # anything with a rhythm shows over frequency: it leads where it leads clearly
 
@@ -248,7 +239,7 @@ def shared(own, joint, entries, cause):
     ranked = sorted(entries, key=lambda e: -energy[e] * GENERIC.get(e.coordinate, 1.0))
     if cause and cause[1] in (joint, "base"):
         enough = LEADS_FROM * energy[ranked[0]]
-        suited = [e for e in ranked if e.coordinate in NATURAL.get(cause[0], ()) and energy[e] >= enough]
+        suited = [e for e in ranked if e.coordinate in EFFECTS[cause[0]].coordinates and energy[e] >= enough]
         ranked.sort(key=lambda e: e not in suited[:1])
     lead = energy[ranked[0]]
     return [(lead if e is ranked[0] else min(energy[e], lead, own - lead), own, joint, e) for e in ranked]

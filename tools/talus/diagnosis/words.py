@@ -1,25 +1,9 @@
 """The diagnosis in plain words."""
 
+from .effects import EFFECTS
+
 LIKELY, CERTAIN = 0.5, 0.8  # probabilities from which a cause is called so
 HARDLY = 0.1  # of the gap is closed
-PLAIN = {
-    "stribeck": "friction that is higher near standstill", "load_friction": "friction that grows with the load",
-    "asymmetric_friction": "friction that differs between the two directions",
-    "nonlinear_viscous": "viscous friction that is not proportional to speed",
-    "position_friction": "friction that depends on the position",
-    "presliding": "friction that acts like a spring before it slides",
-    "friction_drift": "friction that changes with time or temperature",
-    "backlash": "play in the transmission", "elasticity": "a transmission that gives way like a spring",
-    "kinematic_error": "a transmission error that repeats with the motor's turn",
-    "linkage_error": "a linkage whose dimensions are not the drawing's",
-    "directional_efficiency": "losses that differ between driving and being driven",
-    "cogging": "a motor torque that repeats with the turn, without current",
-    "torque_saturation": "a torque constant that droops at high current",
-    "torque_constant": "a torque constant that is not the given one", "current_offset": "a constant error of the current",
-    "sensor_offset": "a constant error of the torque sensor", "delay": "currents and angles taken at different instants",
-    "encoder_eccentricity": "an encoder that is mounted off its centre", "gravity_tilt": "a bench that is not upright",
-    "parallel_spring": "a spring beside the joint", "base_compliance": "a mount that sways",
-}  # fmt: skip
 
 
 class Scale:
@@ -46,7 +30,7 @@ def name(effect):
 
 def cause(effect, joint):
     """An effect in plain words, with its name and place."""
-    own = f"{PLAIN[effect]} ({name(effect)})" if effect in PLAIN else name(effect)
+    own = f"{EFFECTS[effect].words} ({name(effect)})" if effect in EFFECTS else name(effect)
     return f"{own} at the {joint}"
 
 

@@ -1,28 +1,13 @@
-"""Candidates: every effect of the catalogue at every joint where it makes sense, each in several shapes."""
+"""Candidates: an effect at a joint with one shape, as columns that are linear in its strengths."""
 
 from collections import Counter
 
-from . import drive, friction, leg, transmission
 from .candidate import Candidate
 from .place import Place
 
-
 FEWEST_SHAPES = 4  # of an effect at a joint, that are all tried in a first look
-STEPPED = ("elasticity", "backlash")  # many shapes, each a body to be stepped
 SPARSE, SPARSE_FAMILY = 1 / 2, 1 / 3  # of more shapes every second; of those that are refined afterwards every third
 GOLDEN = (5**0.5 - 1) / 2  # whose multiples have no period that a grid's loops could have, too
-
-
-def candidates(evidence, scenes, extent):
-    """All candidates of a diagnosis. A new effect is one function in one of the tables EFFECTS."""
-    out = []
-    for number, name in enumerate(evidence.model.joints):
-        at = Place(number, name, evidence, extent, scenes)
-        for effect in (*friction.EFFECTS, *drive.EFFECTS, *transmission.EFFECTS):
-            out.extend(effect(at))
-    for effect in leg.EFFECTS if evidence.leg else ():
-        out.extend(effect(evidence, scenes))
-    return out
 
 
 def sparse(every, whole=()):
@@ -38,4 +23,4 @@ def sparse(every, whole=()):
     return out
 
 
-__all__ = ["STEPPED", "Candidate", "Place", "candidates", "sparse"]
+__all__ = ["Candidate", "Place", "sparse"]

@@ -134,11 +134,6 @@ def _both(one, other):
     return Family(make, one.values + other.values, one.steps + other.steps, one.low + other.low, one.high + other.high)
 
 
-def torque_constant_error(chosen, every):
-    """What the drive gives beyond current times constant, by the strengths of the chosen effects."""
-    return sum(float(own[0]) for c, own in zip(chosen, every) if c.effect == "torque_constant")
-
-
 def named(*names, **constants):
     """Parameters by name: the strengths under `names`, then constants (shapes)."""
     return lambda strengths: {**dict(zip(names, map(float, strengths))), **constants}

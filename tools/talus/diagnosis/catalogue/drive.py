@@ -58,15 +58,18 @@ def current_offset(at):
     yield at.of_law("current_offset", shape, [{"torque_Nm": 1.0}], low=(-most,), high=(most,), prior=prior)
 
 
-def sensor_effects(at):
-    """What only a torque sensor at the output shows."""
+def torque_constant(at):
     if not at.evidence.load_sensor:
         return
     j = at.number
     gain = at.reading_column(lambda s: s.given_drive_Nm[j])
     # the reading is the load: the drive gives (1 + excess) of what its constant says
     yield Candidate("torque_constant", at.name, "scale", (gain,), named("excess"), (-0.6,), (1.5,))
-    yield at.of_law("sensor_offset", "constant", [{"offset_Nm": 1.0}])
+
+
+def sensor_offset(at):
+    if at.evidence.load_sensor:
+        yield at.of_law("sensor_offset", "constant", [{"offset_Nm": 1.0}])
 
 
 def delay(at):
@@ -125,7 +128,7 @@ def cogging(at):
 
 def kinematic_error(at):
     plant = at.evidence.model.plant
-    if at.evidence.velocity_only or plant == "slider" or (plant == "leg" and at.name != "knee"):
+    if at.evidence.velocity_only or plant == "slider":
         return
 
     def ripple(form, of, shapes, made=None):
@@ -141,6 +144,3 @@ def kinematic_error(at):
             exact = {"per_turn": float(order)}
             error = [column_along("kinematic_error", at.number, name, exact) for name in ("sine_rad", "cosine_rad")]
             yield ripple(f"angle, {order} per turn", "rad", exact, error)
-
-
-EFFECTS = (torque_saturation, current_offset, sensor_effects, delay, cogging, kinematic_error)

@@ -211,7 +211,3 @@ def friction_drift(at):
         yield make("temperature", by_temperature(of_all), shapes, "share_per_10_C")
         yield make("Coulomb, temperature", by_temperature(of_dry), shapes, "coulomb_share_per_10_C")
         yield make("viscous, temperature", {"viscous_Nms_rad_10K": 1.0}, shapes, "viscous_Nms_rad_per_10_C")
-
-
-EFFECTS = (stribeck, load_friction, directional_efficiency, asymmetric_friction, nonlinear_viscous, position_friction,
-           presliding, friction_drift)  # fmt: skip

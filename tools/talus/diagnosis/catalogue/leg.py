@@ -17,8 +17,8 @@ ANKLE = 1
 USUAL_TILT_RAD = (0.017, 0.087)
 
 
-def encoder_eccentricity(evidence, scenes):
-    if "E" in evidence.kinds:
+def encoder_eccentricity(at):
+    if "E" in at.evidence.kinds:
         for order in JOINT_ENCODER_ORDERS:
             def wave(scene, function, k):
                 return {"E": scene.track.operate(function(k * scene.travel_rad[ANKLE]))}
@@ -57,8 +57,8 @@ def _linkage_column(name):
     return column
 
 
-def linkage_error(evidence, scenes):
-    if not isinstance(evidence.transmissions[ANKLE], ScrewLinkage):
+def linkage_error(at):
+    if not isinstance(at.evidence.transmissions[ANKLE], ScrewLinkage):
         return
     known = {parameter.name: parameter for parameter in kind_of("linkage_error").strengths}
     column = {name: _linkage_column(name) for name in known}
@@ -67,7 +67,7 @@ def linkage_error(evidence, scenes):
         yield Candidate("linkage_error", "ankle", " and ".join(names), tuple(column[n] for n in names), named(*names), low, high)
 
 
-def gravity_tilt(evidence, scenes):
+def gravity_tilt(at):
     column = law_column("gravity_tilt", (0, 1), {"tilt_rad": 1.0}, {})
     yield Candidate("gravity_tilt", "base", "tilt", (column,), named("tilt_rad"), (-0.2,), (0.2,),
                     prior=lambda x: usual(abs(x[0]), *USUAL_TILT_RAD))  # fmt: skip
@@ -150,7 +150,7 @@ def _arm(scene, mode, j):
     return foot + (scene.base[1] + scene.foot_kg * scene.shank_m) * part(scene.grid("q", 0)) * (j == 0)
 
 
-def base_compliance(evidence, scenes):
+def base_compliance(at):
     strength = {"turning": "compliance_rad_Nm", "swaying": "sway_m_N", "rising": "rise_m_N"}
     forms = {"turning": ("turning",), "swaying": ("swaying",), "rising": ("rising",), "both": ("turning", "swaying")}
 
@@ -168,6 +168,3 @@ def base_compliance(evidence, scenes):
         for hz in BASE_HZ:
             made = {}
             yield from (mode(form, hz, damping, made) for form in forms if form != "rising" or damping == RISING_DAMPING_RATIO)
-
-
-EFFECTS = (encoder_eccentricity, linkage_error, gravity_tilt, base_compliance)

@@ -210,6 +210,3 @@ def backlash(at):
 def _sides(shape):
     """What of a joint stands on which side, in words."""
     return f", {shape.dry:g} of dry and {shape.viscous:g} of viscous friction at the link, rotor {shape.motor:g}"
-
-
-EFFECTS = (parallel_spring, elasticity, backlash)

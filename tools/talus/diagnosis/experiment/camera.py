@@ -4,17 +4,17 @@ import math
 
 import numpy as np
 
+from ..effects import known
 from ..verdict import CONFUSABLE_ABOVE, TEMPER
 from .menu import LONGEST_S, MARGIN
 from .planned import Planned
 
-TOLD_APART = {"linkage_error", "encoder_eccentricity"}
 CAMERA_RAD = 1e-3  # noise of one angle, as a marker tracker has it
 
 
 def helps(search, effects):
     """Would a camera part these effects, and has none been there?"""
-    return search.evidence.leg and set(effects) <= TOLD_APART and "F" not in search.evidence.kinds
+    return search.evidence.leg and all(effect.needs == "camera" for effect in known(effects)) and "F" not in search.evidence.kinds
 
 
 def shown(search, explanation, scene):

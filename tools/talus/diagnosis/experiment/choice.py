@@ -6,10 +6,11 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from .. import verdict as judging
+from ..effects import EFFECTS
 from ..words import name as effect_name
 from . import camera
 from .gain import Contest, Explanation
-from .menu import ANY_MOTION, LONGEST_S, MARGIN, PAYLOAD, TRAJECTORIES, beyond, by_effect
+from .menu import ANY_MOTION, LONGEST_S, MARGIN, TRAJECTORIES, beyond, by_effect
 from .path import Limits, after, held
 from .planned import PAYLOAD_KG, Planned
 from .words import figure, listed, margins, to_text, told
@@ -154,10 +155,9 @@ def why(search, verdict, contest, option, limits):
 
 def beside_trajectory(search, contest, option, short, limits):
     """Words on the gain of what needs more than a trajectory."""
-    names = {candidate.effect for candidate in contest.candidates}
     if at_rest(contest):
         yield f"Predicted gain of the rest: {figure(rest_gain(search, contest))}."
-    elif PAYLOAD & names:
+    elif any(EFFECTS[candidate.effect].needs == "known mass" for candidate in contest.candidates):
         loaded = Option(option.name, option.q, Planned(search, option.q, loaded=True), limits, contest)
         mass = f"{PAYLOAD_KG:g} kg at the foot's centre" if search.evidence.leg else "half the load more"
         for k in short:
@@ -167,7 +167,7 @@ def beside_trajectory(search, contest, option, short, limits):
 
 def at_rest(contest):
     """Is what needs more than a trajectory a rest?"""
-    return any(candidate.effect == "current_offset" for candidate in contest.candidates)
+    return any(EFFECTS[candidate.effect].needs == "rest" for candidate in contest.candidates)
 
 
 def rest_gain(search, contest):
@@ -175,7 +175,7 @@ def rest_gain(search, contest):
     best = 0.0
     for one in (contest.named, *contest.others):
         first = one.sets[0][:1]
-        if first and first[0].effect == "current_offset":
+        if first and EFFECTS[first[0].effect].needs == "rest":
             fit, evidence = search.fit(one.sets[0]), search.evidence
             sigma = evidence.sigma[f"T{evidence.model.joints.index(first[0].joint)}"]
             best = REST_S / evidence.tracks[0].step_s * (fit.strengths[0][0] / sigma) ** 2

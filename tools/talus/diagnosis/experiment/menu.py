@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from ..effects import known
 from .path import after, back_and_forth, multisine
 
 SLOW_SPEEDS = (0.03, 0.08, 0.2)  # rad/s, or m/s of a slider; half the largest recorded at the most
@@ -52,28 +53,26 @@ TRAJECTORIES = {
     "one_by_one": (one_by_one, "a multisine of one joint after the other, where what one does to the other shows"),
 }  # fmt: skip
 
-# what a trajectory alone may not settle: what it needs, for which effects, and words for the bench
+# what a trajectory alone may not settle: what it needs (`needs` of an effect), and words for the bench
 BEYOND = (
-    ("camera", {"linkage_error", "encoder_eccentricity"},
-     "record the camera's angles too: the link's own angle parts encoder from linkage"),
-    ("warmth", {"friction_drift"}, "repeat it warm, after ten minutes of motion: what changes with warmth shows"),
-    ("rest", {"current_offset"},
-     "record 10 s at rest with the drives unpowered: the current's zero then shows by itself"),
-    ("turned base", {"gravity_tilt", "parallel_spring"},
+    ("camera", "record the camera's angles too: the link's own angle parts encoder from linkage"),
+    ("warmth", "repeat it warm, after ten minutes of motion: what changes with warmth shows"),
+    ("rest", "record 10 s at rest with the drives unpowered: the current's zero then shows by itself"),
+    ("turned base",
      "repeat a motion with the base turned by 90 degrees: gravity's part changes, a spring's does not"),
-    ("known mass", {"load_friction", "directional_efficiency", "torque_saturation", "torque_constant"},
+    ("known mass",
      "repeat a motion with a known mass at the far end: what grows with load parts from what does not"),
 )  # fmt: skip
-PAYLOAD = BEYOND[-1][1]
 ANY_MOTION = ("rest", "turned base", "known mass")  # another trajectory would add nothing to them
 
 
 def by_effect(effects):
     """The entry that suits a cause by the look of it, where nothing can be planned."""
-    dynamic = {"elasticity", "backlash", "delay", "base_compliance", "kinematic_error", "cogging"}
-    return "fast_multisine" if dynamic & set(effects) else "slow_ramps"
+    wanted = {effect.trajectory for effect in known(effects)}
+    return next((name for name in reversed(TRAJECTORIES) if name in wanted), "slow_ramps")
 
 
 def beyond(effects):
     """(what it needs, words) of what else would part these effects, or (None, None)."""
-    return next(((needs, words) for needs, group, words in BEYOND if group & set(effects)), (None, None))
+    wanted = {effect.needs for effect in known(effects)}
+    return next(((needs, words) for needs, words in BEYOND if needs in wanted), (None, None))

@@ -1,0 +1,55 @@
+"""What the diagnosis must know of an effect beside its law, which is the library's (lib/effects)."""
+
+import enum
+from collections.abc import Callable
+from dataclasses import dataclass
+
+
+class Motion(enum.Enum):
+    """How an effect follows the motion where that is simulated, and so differs from the recorded one."""
+
+    AS_RECORDED = "its torque stays that of the recorded motion"
+    FRICTION = "it changes its sign with the direction, and a joint can stick on it"
+    HYSTERESIS = "friction by Dahl's equation, with the parameters travel_rad and power"
+    SPRING = "it changes with the angle"
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Effect:
+    """One effect of the catalogue. Only `id`, `words` and `candidates` must be given."""
+
+    id: str
+    words: str
+    """What it is, as it stands after "The gap comes from": "friction that is higher near standstill"."""
+
+    candidates: Callable
+    """candidates(at) yields every Candidate that is tried at the joint `at` (a Place; its name is "base" for an effect of
+    the mount). It is asked at those joints only where the library's law can stand."""
+
+    coordinates: tuple = ()
+    """Coordinates over which its residual stands out. Of maps that are nearly as strong, such a one is reported first."""
+
+    trajectory: str = "slow_ramps"
+    """The trajectory of experiment/menu.py that shows it best, where none can be simulated beforehand."""
+
+    needs: str | None = None
+    """What parts it from its rivals where no trajectory does: a key of experiment/menu.py's BEYOND."""
+
+    motion: Motion = Motion.AS_RECORDED
+    several: bool = False
+    """Two of its shapes may act at once: two orders, two modes."""
+
+    one_form: bool = False
+    """Its law has no other form. Where it is the only cause, it must close nearly all of the gap."""
+
+    integrated: bool = False
+    """Each shape is an equation of motion to be integrated: only some are tried in the first search."""
+
+    scales_drive: bool = False
+    """Its strength is the error of the torque constant, and other effects are computed from the corrected torque."""
+
+    in_offset: bool = False
+    """A constant, which a model with an offset parameter absorbs."""
+
+    of_load_sensor: bool = False
+    """An error of the torque sensor at the output itself."""

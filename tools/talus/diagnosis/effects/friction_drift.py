@@ -1,0 +1,13 @@
+"""Friction that changes with time or temperature."""
+
+from ..catalogue import friction
+from .entry import Effect, Motion
+
+EFFECT = Effect(
+    id="friction_drift",
+    words="friction that changes with time or temperature",
+    candidates=friction.friction_drift,
+    coordinates=("time",),
+    needs="warmth",
+    motion=Motion.FRICTION,
+)
