@@ -13,11 +13,12 @@ import tempfile
 import termios
 import time
 import tty
+from array import array
 from pathlib import Path
 
 import pytest
 from talus.acquire_export import record as export_record
-from recording import Recording, counters, ip, read_lines, send
+from recording import Recording, counters, ip, lines_of, read_lines, send
 from support import BUILD, run
 
 pytestmark = [pytest.mark.rig, pytest.mark.release]
@@ -40,6 +41,12 @@ def check_whole(path, sent):
         assert all(a <= b for a, b in itertools.pairwise(stamps))
 
 
+def falling_stamps(path):
+    """Lines of a log whose time is before that of the line above, whatever their interfaces; in whole microseconds."""
+    stamps = array("q", (int(seconds.replace(".", "")) for seconds, *_ in lines_of(path)))
+    return sum(b < a for a, b in itertools.pairwise(stamps))
+
+
 @pytest.mark.parametrize("busy", [0, 2])
 def test_full_load_loses_nothing_and_the_loop_stays_clean(vcan, tmp_path, busy, capsys):
     """Two full buses; candump beside it, whose count is printed; no page fault, no allocation after the start."""
@@ -59,10 +66,11 @@ def test_full_load_loses_nothing_and_the_loop_stays_clean(vcan, tmp_path, busy, 
     check_whole(recording.log, sent)
     end = recording.end()
     assert end["lost"] == 0
+    assert falling_stamps(recording.log) <= end["out_of_order"]
     assert end["loop"] == {"page_faults_minor": 0, "page_faults_major": 0, "allocations": 0}
     total, kept = sum(sent.values()), (tmp_path / "candump.log").read_text().count("\n")
     with capsys.disabled():
-        print(f"\n  {SECONDS} s, {busy} busy processes: sent {total}, logged {total}, candump -L {kept}")
+        print(f"\n  {SECONDS} s, {busy} busy processes: sent {total}, logged {total}, candump -L {kept}; out of order {end['out_of_order']}")
 
 
 def places(drops):

@@ -15,6 +15,8 @@ import time
 import pytest
 from recording import Recording, hold_up, ip, read_lines
 from support import REPOSITORY
+from talus.acquire_export import events as export_events
+from talus.acquire_export import record as export_record
 from test_player import LIMITS, write_trajectory
 
 pytestmark = [pytest.mark.rig, pytest.mark.release]
@@ -309,3 +311,34 @@ def test_the_drives_are_told_to_hold_over_a_short_outage(vcan, tmp_path):
         assert "refused by the kernel" in printed
         ip("set", name, "up")
     assert int(read_lines(tmp_path / "pTrue.log")[-1][2], 16) == 0x010
+
+
+# ---- the clock -------------------------------------------------------------------------------------
+
+
+def test_clock_set_forward_and_back(vcan, tmp_path, capsys):
+    """By `date`, while frames come: the exporter's instants stay within 100 us of the sender's own, on either side."""
+    (name,) = vcan()
+    generator, sizes = random.Random(2), []
+    with socket.socket(socket.AF_CAN, socket.SOCK_RAW, socket.CAN_RAW) as bus, Recording(tmp_path / "c", name) as recording:
+        bus.bind((name,))
+        sent = []
+        for k in range(ROUNDS):
+            for _ in range(400):
+                before = time.monotonic_ns()
+                bus.send(struct.pack("=IB3xI4x", 0x123, 8, len(sent)))
+                sent.append((before, time.monotonic_ns()))
+                time.sleep(0.001)
+            sizes.append(generator.choice((-1, 1)) * generator.choice((0.02, 0.5, 5.0, 3600.0)))
+            time.clock_settime(time.CLOCK_REALTIME, time.time() + sizes[-1])
+        send_some(name, len(sent), 1)
+        recording.stop()
+    time.clock_settime(time.CLOCK_REALTIME, time.time() - sum(sizes))
+    record, told = export_record.read(str(recording.log)), export_events.read(str(recording.side))
+    mono, converted = export_events.monotonic(told, name, record.time_ns)
+    assert converted and len(mono) == len(sent) + 1
+    off = [max(before - t, t - after, 0) for t, (before, after) in zip(mono.tolist(), sent, strict=False)]
+    assert [step.size_ns / 1e9 for step in told.model.steps] == pytest.approx(sizes, abs=1e-3)
+    with capsys.disabled():
+        print(f"\n  {ROUNDS} steps: instants at most {max(off) / 1e3:.0f} us beside the time of their sending")
+    assert max(off) < 100_000

@@ -219,7 +219,7 @@ int session_open(struct session *s, const struct session_settings *settings, con
   memset(s, 0, sizeof *s);
   s->settings = settings;
   s->player.port.fd = s->stop_line.port.fd = s->stop_line.told = s->signals = -1;
-  s->watch.netlink = s->watch.link_events = -1;
+  s->watch.netlink = s->watch.link_events = s->watch.clock_set = -1;
   s->files.reserve = s->files.file[0].fd = s->files.file[1].fd = -1;
   s->realtime.latency_fd = -1;
   s->signals = open_signals(error);
@@ -300,12 +300,14 @@ static void each_second(struct session *s) {
 static void wait_for_something(struct session *s) {
   struct pollfd what[] = {{.fd = s->signals, .events = POLLIN},
                           {.fd = s->watch.link_events, .events = POLLIN},
-                          {.fd = s->stop_line.told, .events = POLLIN}};
+                          {.fd = s->stop_line.told, .events = POLLIN},
+                          {.fd = s->watch.clock_set, .events = POLLIN}};
   int64_t until = s->next_second_ns;
   if (s->watch.end_ns && s->watch.end_ns < until) until = s->watch.end_ns;
   const int64_t left_ms = (until - clock_mono_ns()) / NS_PER_MS + 1;
-  poll(what, 3, (int)(left_ms < 0 ? 0 : left_ms < WATCH_POLL_MS ? left_ms : WATCH_POLL_MS));
+  poll(what, sizeof what / sizeof what[0], (int)(left_ms < 0 ? 0 : left_ms < WATCH_POLL_MS ? left_ms : WATCH_POLL_MS));
   if (what[2].revents & POLLIN) watch_stops(&s->watch);
+  if (what[3].revents & POLLIN) watch_clock_set(&s->watch);
   if (what[1].revents & POLLIN) watch_link_events(&s->watch);
 }
 

@@ -3,12 +3,22 @@
 
 #include "watch.h"
 
+#include <errno.h>
 #include <string.h>
+#include <sys/timerfd.h>
 #include <unistd.h>
 
 #include "acquire/host/clocks.h"
 
 enum { EVENTS_RING = 1 << 10, LIVE_LINE = 400, NS_PER_TENTH = 100000000 };
+
+/* A timer of the realtime clock that never ends, but is cancelled when the clock is set. */
+static int open_clock_set(void) {
+  const struct itimerspec never = {.it_value = {INT32_MAX, 0}};
+  const int fd = timerfd_create(CLOCK_REALTIME, TFD_CLOEXEC | TFD_NONBLOCK);
+  if (fd >= 0) timerfd_settime(fd, TFD_TIMER_ABSTIME | TFD_TIMER_CANCEL_ON_SET, &never, NULL);
+  return fd;
+}
 
 int watch_open(struct watch *w, const struct source *source, int sources, struct stop_line *stop,
                struct app_error *error) {
@@ -18,6 +28,7 @@ int watch_open(struct watch *w, const struct source *source, int sources, struct
   w->path_failure = -1;
   w->netlink = link_open(0);
   w->link_events = link_open(1);
+  w->clock_set = open_clock_set();
   for (int i = 0; i < sources; i++) w->link[i] = source[i].link;
   return ring_init(&w->events, EVENTS_RING) == 0 ? 0 : app_fail(error, APP_FAILED, "out of memory");
 }
@@ -25,6 +36,7 @@ int watch_open(struct watch *w, const struct source *source, int sources, struct
 void watch_close(struct watch *w) {
   if (w->netlink >= 0) close(w->netlink);
   if (w->link_events >= 0) close(w->link_events);
+  if (w->clock_set >= 0) close(w->clock_set);
   ring_free(&w->events);
 }
 
@@ -41,11 +53,22 @@ static struct item event(enum item_kind kind, int source) {
   return item;
 }
 
-void watch_clock(struct watch *w) {
+static void push_clock(struct watch *w, int is_set) {
   struct item item = event(ITEM_CLOCK, 0);
   item.is.clock = clock_read_triple();
   item.real_ns = item.is.clock.real_ns;
+  item.flags = (uint8_t)is_set;
   push(w, &item);
+}
+
+void watch_clock(struct watch *w) {
+  push_clock(w, 0);
+}
+
+void watch_clock_set(struct watch *w) {
+  uint64_t expirations;
+  const ssize_t n = read(w->clock_set, &expirations, sizeof expirations);
+  if (n < 0 && errno == ECANCELED) push_clock(w, 1);
 }
 
 /* ---- interfaces ------------------------------------------------------------------- */

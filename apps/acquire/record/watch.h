@@ -11,6 +11,7 @@ struct watch {
   int sources;
   struct stop_line *stop; /* NULL none */
   int netlink, link_events;
+  int clock_set; /* a timer that is readable when somebody has set the clock; -1 none */
   int64_t start_ns, end_ns;            /* monotonic; end 0: none */
   struct link_state link[MAX_SOURCES]; /* as last looked at */
   uint64_t live_seen[MAX_SOURCES];     /* by the last live line */
@@ -25,6 +26,8 @@ void watch_close(struct watch *w);
 
 /* Into the ring of events. */
 void watch_clock(struct watch *w);
+/* The same at once when the clock was set: `clock_set` is readable then. */
+void watch_clock_set(struct watch *w);
 /* Interfaces up and down, their counters and bus states; the stop's path. `report` writes statistics in any case. */
 void watch_links(struct watch *w, int report);
 /* The same when the kernel says that an interface has changed. */

@@ -210,6 +210,7 @@ static void put_clock(struct writer *w, const struct item *item) {
   text_set(json(w), "real_ns", item->is.clock.real_ns);
   text_set(json(w), "raw_ns", item->is.clock.raw_ns);
   text_set(json(w), "width_ns", item->is.clock.width_ns);
+  if (item->flags) text_set_bool(json(w), "set", 1);
   text_end(json(w));
 }
 

@@ -32,7 +32,7 @@ enum { ITEM_COUNTERS = 8, ITEM_DATA = 64, ITEM_NAME = 16 };
 struct item {
   uint8_t kind, source; /* source: index among the session's */
   uint8_t length;       /* bytes of data */
-  uint8_t flags;        /* frames: CAN FD */
+  uint8_t flags;        /* frames: CAN FD; ITEM_CLOCK: 1 when the clock was just set */
   uint32_t id;          /* frames: as the kernel has it, with its flags */
   int64_t real_ns;      /* what items are ordered by: realtime, software stamp */
   int64_t hardware_ns;  /* 0: none */

@@ -11,7 +11,7 @@ import numpy as np
 import talus
 from talus import constants
 
-from . import outputs, record, report, side, streams, table
+from . import events, outputs, record, report, streams, table
 from .bench_model import BenchModel
 from .layout import Database
 from .refused import Refused
@@ -74,7 +74,7 @@ class Options:
         if len(self.records) != 1:
             raise Refused(2, f"expected one record, found {len(self.records)}; {NAME} --help says what there is")
         self.record = self.records[0]
-        self.side = self.given.get("side", side.beside(self.record))
+        self.side = self.given.get("side", events.beside(self.record))
         if "side" in self.given and not os.path.exists(self.side):
             raise Refused(2, f"--side: there is no {self.side}")
         self.rate = self.number("rate") if "rate" in self.given else None
@@ -132,17 +132,26 @@ class Findings:
         if beside is None:
             return
         for drop in beside.drops:
-            if interface in (None, drop.get("source")):
-                self.lost.append(f"{drop.get('source')}: {drop.get('lost')} frames lost at the {drop.get('where')}, "
-                                 f"behind its frame {drop.get('after')}")  # fmt: skip
+            if interface in (None, drop["source"]):
+                self.lost.append(f"{drop['source']}: {drop['lost']} frames lost at the {drop['where']}, "
+                                 f"behind its frame {drop['after']}")  # fmt: skip
         if beside.edges_lost:
             self.lost.append(f"{beside.edges_lost} edges of GPIO lines lost")
         for state in beside.states:
-            if state.get("state") in ("off", "down", "gone"):
-                self.notes.append(f"{state.get('source')}: {state.get('type').replace('_', ' ')} {state['state']} "
-                                  f"behind its frame {state.get('after')}")  # fmt: skip
+            if state["state"] in ("off", "down", "gone", "renamed", "replaced"):
+                self.notes.append(f"{state['source']}: {state['type']} {state['state']} behind its frame {state['after']}")
         if beside.end is None:
             self.notes.append(f"{beside.path} has no end: the recorder was killed")
+
+    def take_clock(self, beside, origin_ns):
+        """Steps of the clock, once stamps have been converted; entries for the report."""
+        steps = beside.model.steps if beside else []
+        for step in steps:
+            way, at_s = ("forward", "back")[step.size_ns < 0], (step.after.mono_ns - origin_ns) / 1e9
+            uncertain = f"; instants near it are uncertain by {step.uncertain_ns / 1e9:.6f} s" if step.uncertain_ns else ""
+            self.notes.append(f"the clock was set {way} by {abs(step.size_ns) / 1e9:.6f} s before {at_s:.3f} s{uncertain}")
+        return [{"time_s": [(step.before.mono_ns - origin_ns) / 1e9, (step.after.mono_ns - origin_ns) / 1e9],
+                 "size_s": step.size_ns / 1e9, "uncertain_s": step.uncertain_ns / 1e9} for step in steps]  # fmt: skip
 
 
 def say(text):
@@ -198,7 +207,7 @@ def delays_of(found, groups):
 
 def export(options, findings):
     database, model = Database.read(options.given["dbc"]), BenchModel(options.given["model"])
-    rec, beside = record.read(options.record), side.read(options.side)
+    rec, beside = record.read(options.record), events.read(options.side)
     found, unknown = streams.streams_of(rec, database, beside, options.given.get("interface"))
     findings.take_record(rec, unknown)
     findings.take_side(beside, options.given.get("interface"))
@@ -223,11 +232,12 @@ def export(options, findings):
     for stream in found:
         findings.take_stream(stream, delay.get(id(stream)), zero_ns)
     converted = all(stream.converted for stream in found)
+    steps = findings.take_clock(beside, zero_ns) if converted else []
     clock = "CLOCK_MONOTONIC" if converted else "the stamps' clock"
     marks = [{**mark, "time_s": (mark["mono_ns"] - zero_ns) / 1e9} for mark in beside.marks] if beside and converted else []
     text = recording_text(time_ns - time_ns[0], values, columns)
     summary = {"rows": len(time_ns), "left_out": left_out, "duration_s": float(time_ns[-1] - time_ns[0]) / 1e9,
-               "columns": list(values), "zero_ns": zero_ns, "clock": clock, "marks": marks, "encoders": zeros,
+               "columns": list(values), "zero_ns": zero_ns, "clock": clock, "clock_steps": steps, "marks": marks, "encoders": zeros,
                "unknown": [{"identifier": report.identifier_text(i), "source": s, "frames": n, "line": line}
                            for i, s, n, line in unknown],
                "cut_line": rec.cut, "error_frames": rec.errors, "remote_frames": rec.remote,

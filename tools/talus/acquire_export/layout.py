@@ -16,6 +16,8 @@ from .record import EXTENDED
 from .refused import Refused
 
 COUNTER = "Counter"
+EXACT = 2**53  # larger whole numbers have no exact double
+COUNTER_BITS = 48  # of a longer counter these are looked at: no record has so many frames
 
 
 class Field:
@@ -25,6 +27,8 @@ class Field:
         self.name, self.bits, self.signed = signal.name, signal.length, signal.is_signed
         self.float = signal.conversion.is_float
         self.scale, self.offset = signal.conversion.scale, signal.conversion.offset
+        self.is_whole = isinstance(self.scale, int) and isinstance(self.offset, int)
+        self.reach = abs(self.scale) * 2**self.bits + abs(self.offset)  # no value is larger
         self.unit = signal.unit or ""
         self.channel = attribute(signal, "Channel", "")
         self.multiplexed = signal.multiplexer_ids is not None
@@ -46,7 +50,11 @@ class Field:
         raw = self.raw(data)
         if self.float:
             raw = raw.astype(f"u{self.bits // 8}").view(f"f{self.bits // 8}").astype(float)
-        return raw * self.scale + self.offset if self.scale != 1 or self.offset != 0 else raw.astype(float)
+        if self.scale == 1 and self.offset == 0:
+            return raw.astype(float)
+        if not self.float and self.is_whole and self.reach > EXACT:
+            return np.array([float(value * self.scale + self.offset) for value in raw.tolist()], float)
+        return raw.astype(float) * self.scale + self.offset
 
 
 def little_endian(signal):
@@ -83,6 +91,7 @@ class Message:
         self.fields = {signal.name: Field(signal) for signal in message.signals}
         counter = self.fields.get(COUNTER)
         self.counter = counter if counter and not (counter.float or counter.multiplexed) else None
+        self.counter_bits = min(self.counter.bits, COUNTER_BITS) if self.counter else 0
         if self.sample_tick and not (self.counter and self.cycle_s):
             raise Refused(2, f"{self.name}: SampleTick needs a signal {COUNTER} and GenMsgCycleTime")
 

@@ -15,7 +15,9 @@ import numpy as np
 
 from .refused import Refused
 
-BLOCK = 1 << 24
+BLOCK = 1 << 20
+MOST_INTERFACES = 1000
+LATEST_S = 2**63 // 10**9  # seconds that nanoseconds in 64 bits can hold
 EXTENDED = 1 << 31  # set in identifiers of 29 bits
 ERROR_FLAG = 0x20000000
 CLASSIC_BYTES = 8
@@ -51,10 +53,14 @@ def blocks(path):
     try:
         with gzip.open(path) if str(path).endswith(".gz") else open(path, "rb") as file:
             while block := file.read(BLOCK):
+                if not block.strip(b"\0"):  # what a power cut leaves, be it a gigabyte
+                    continue
                 whole, newline, tail = block.rpartition(b"\n")
                 if newline:
                     yield rest + whole + newline, False
                     rest = tail
+                elif len(rest) > BLOCK:
+                    raise Refused(2, f"{path}: is no record: a line has more than {BLOCK} characters")
                 else:
                     rest += block
     except OSError as error:
@@ -104,7 +110,7 @@ class Block:
         n = len(self.end)
         self.good = np.zeros(n, bool)
         self.kind = np.zeros(n, np.uint8)  # of good ones: 0 data, 1 remote, 2 error
-        self.time_ns, self.source = np.zeros(n, np.int64), np.zeros(n, np.uint8)
+        self.time_ns, self.source = np.zeros(n, np.int64), np.zeros(n, np.uint16)
         self.identifier, self.length = np.zeros(n, np.int64), np.zeros(n, np.uint8)
         self.data = np.zeros((n, CLASSIC_BYTES), np.uint8)
         for layout in self.layouts():
@@ -132,12 +138,12 @@ class Block:
 
     def decode(self, marks, follows, direction, rows):
         length, dot, close, space, mark = marks
-        if not (2 <= dot < close - 1 and close - dot <= 10 and close + 2 < space < mark < length < LONGEST and close < 30):
+        if not (2 <= dot <= 12 and dot < close - 1 and close - dot <= 10 and close + 2 < space < mark < length < LONGEST and close < 30):
             return
         text = self.bytes[self.start[rows][:, None] + np.arange(length)]
         seconds, good = digits(text[:, 1:dot])
         fraction, decimal = digits(text[:, dot + 1:close])
-        good &= decimal & (text[:, 0] == OPEN) & (text[:, close + 1] == SPACE)
+        good &= decimal & (seconds >= 0) & (seconds < LATEST_S) & (text[:, 0] == OPEN) & (text[:, close + 1] == SPACE)
         identifier, known = self.identifiers(text[:, space + 1:mark])
         self.time_ns[rows] = seconds * 10**9 + fraction * 10 ** (9 - (close - dot - 1))
         self.identifier[rows] = identifier
@@ -178,7 +184,9 @@ class Block:
                 number.append(0)
                 continue
             number.append(self.names.setdefault(name.decode("utf-8", "replace"), len(self.names)))
-        self.source[rows] = np.array(number, np.uint8)[which]
+        if len(self.names) > MOST_INTERFACES:
+            raise Refused(2, f"more than {MOST_INTERFACES} interfaces")
+        self.source[rows] = np.array(number, np.uint16)[which]
 
 
 def odd_line(record, line, text):
@@ -204,7 +212,10 @@ def read(path):
             break
         if text.endswith(b"\0\n"):
             text = text.rstrip(b"\0\n") + b"\n"
-        block = Block(text, names)
+        try:
+            block = Block(text, names)
+        except Refused as error:
+            raise Refused(2, f"{path}:{record.lines + 1}: {error.text}") from error
         for index in np.flatnonzero(~block.good):
             odd_line(record, record.lines + int(index) + 1, text[block.start[index]:block.end[index]])
         rows = np.flatnonzero(block.good & (block.kind == 0))

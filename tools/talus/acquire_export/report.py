@@ -4,17 +4,17 @@ from collections import Counter
 
 import numpy as np
 
-LOST = ("lost", "short", "silent", "restarted", "contradicting")  # what makes the exit status 1
+LOST = ("lost", "short", "silent", "restarted", "jumped", "contradicting")  # what makes the exit status 1
 WORDS = {
     "lost": "lost", "repeated": "repeated", "swapped": "out of order", "late": "late by more than a period",
     "short": "shorter than the DBC says", "silent": "missing while its sender went on",
-    "restarted": "where the counter began anew", "contradicting": "with a number that came before, but other content",
+    "restarted": "where the counter began anew", "jumped": "where the stamps' clock was set or the sender stood still", "contradicting": "with a number that came before, but other content",
 }  # fmt: skip
 
 
 def fault_entries(stream, zero_ns):
     """Every fault of a stream with its place in the record."""
-    turn = 1 << stream.message.counter.bits if stream.message.counter else 0
+    turn = 1 << stream.message.counter_bits if stream.message.counter else 1
     entries = []
     for fault in stream.faults:
         entry = {"kind": fault.kind, "message": stream.message.name, "source": stream.source,

@@ -87,7 +87,7 @@ class Follower:
 
     def begin(self, index, number):
         self.low = self.high = self.number[index] = number
-        self.missing, self.origin = Missing(), index
+        self.missing, self.first, self.looked_up = Missing(), {}, index
 
     def close(self):
         """What is still missing is lost."""
@@ -142,14 +142,28 @@ class Follower:
             self.low = number
             self.faults.append(Fault("swapped", index, number))
         else:
-            earlier = self.origin + int(np.flatnonzero(self.number[self.origin:index] == number)[0])
-            equal = self.same(earlier, index)
+            equal = self.same(self.first_with(number, index), index)
             if not equal and self.begins_anew(index):
                 self.anew(index, number)
                 return
-            self.faults.append(Fault("repeated" if equal else "contradicting", index, number))
+            self.came_before("repeated" if equal else "contradicting", index, number)
             self.drop.append(index)
         self.number[index] = number
+
+    def first_with(self, number, index):
+        """The first frame of this life that had the number."""
+        for behind in range(self.looked_up, index):
+            self.first.setdefault(int(self.number[behind]), behind)
+        self.looked_up = index
+        return self.first[number]
+
+    def came_before(self, kind, index, number):
+        """A frame whose number there was; those that repeat a whole stretch are one fault."""
+        last = self.faults[-1] if self.faults else None
+        if last and last.kind == kind and (last.index + last.count, last.number + last.count) == (index, number):
+            last.count += 1
+        else:
+            self.faults.append(Fault(kind, index, number))
 
     def anew(self, index, number):
         """Another life of the sender: its numbers stand behind all earlier ones."""

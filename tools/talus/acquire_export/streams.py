@@ -5,16 +5,17 @@ import numpy as np
 from .clock import tick_times
 from .refused import Refused
 from .sequence import Fault, follow
-from .side import monotonic
+from .events import monotonic
 
 OVERTAKEN = 256  # frames before one that came too late among which those are looked for that overtook it
+NO_DELAY_S = 10.0  # a frame whose stamp is further from its number's place than this was not late: a clock was set
 PERIODS_SILENT = 3  # a message is silent when the others of its sender go on for longer
 
 
 class Stream:
     """All frames of one message on one interface."""
 
-    def __init__(self, message, source, record, rows, side):
+    def __init__(self, message, source, record, rows, stamps):
         self.message, self.source = message, source
         self.short = record.length[rows] < message.length
         readable = record.length[rows] >= (message.counter.bytes if message.counter else message.length)
@@ -22,7 +23,7 @@ class Stream:
         self.rows, self.short = rows[readable], self.short[readable]
         self.line = record.line[self.rows]
         self.short_lines = record.line[rows[record.length[rows] < message.length]]
-        self.stamp_ns, self.converted = monotonic(side, source, record.time_ns[self.rows])
+        self.stamp_ns, self.converted = stamps[0][readable], stamps[1]
         self.record, self.sequence = record, None
         self.order = np.arange(len(self.rows))
         self.number = self.order
@@ -37,12 +38,28 @@ class Stream:
         def same(a, b):
             return length[a] == length[b] and bool((data[a] == data[b]).all())
 
-        self.sequence = follow(counter.raw(data), counter.bits, self.stamp_ns, self.message.cycle_s, same)
+        number = counter.raw(data).astype(np.int64) & (1 << self.message.counter_bits) - 1
+        self.sequence = follow(number, self.message.counter_bits, self.stamp_ns, self.message.cycle_s, same)
         self.faults = list(self.sequence.faults)
         self.number, self.order = self.sequence.number, self.sequence.kept
+        self.order = self.order[self.longest_life()[self.order]]
+
+    def longest_life(self):
+        """Which frames belong to the sender's longest life: nothing says how the ticks of one lie to another's, be it that
+        the sender began anew, that a frame is left from before, or that no delay explains its stamp."""
         anew = [fault.index for fault in self.faults if fault.kind == "restarted"]
-        if anew:  # nothing says how the new life's ticks lie to the old one's
-            self.order = self.order[self.order < anew[0]]
+        if self.message.cycle_s:
+            apart = np.diff(self.stamp_ns).astype(float) - np.diff(self.number) * (1e9 * self.message.cycle_s)
+            jumps = np.flatnonzero(np.abs(apart) > NO_DELAY_S * 1e9) + 1
+            jumps = [int(index) for index in jumps if index not in anew]
+            self.faults += [Fault("jumped", index, int(self.number[index])) for index in jumps]
+            anew = sorted(anew + jumps)
+        edges = [0, *anew, len(self.rows)]
+        lengths = np.diff(edges)
+        longest = int(np.argmax(lengths))
+        of_life = np.zeros(len(self.rows), bool)
+        of_life[edges[longest]:edges[longest + 1]] = True
+        return of_life
 
     def in_order(self):
         """Of the frames in use, those that neither came too late for their number nor overtook such a one: their
@@ -86,7 +103,7 @@ class Stream:
         return delay
 
 
-def streams_of(record, database, side, interface=None):
+def streams_of(record, database, events, interface=None):
     """({(message, source): Stream}, [unknown (identifier, source, frames, first line)])."""
     if interface is not None and interface not in record.sources:
         raise Refused(2, f"--interface: {interface} is not in {record.path}, only {', '.join(record.sources)}")
@@ -95,13 +112,14 @@ def streams_of(record, database, side, interface=None):
         if interface is not None and source != interface:
             continue
         of_source = np.flatnonzero(record.source == number)
+        stamp_ns, converted = monotonic(events, source, record.time_ns[of_source])
         identifiers = record.identifier[of_source]
         order = np.argsort(identifiers, kind="stable")
         kinds, first = np.unique(identifiers[order], return_index=True)
-        for identifier, rows in zip(kinds.tolist(), np.split(of_source[order], first[1:]), strict=True):
-            message = database.messages.get(identifier)
+        for identifier, those in zip(kinds.tolist(), np.split(order, first[1:]), strict=True):
+            message, rows = database.messages.get(identifier), of_source[those]
             if message:
-                known.append(Stream(message, source, record, rows, side))
+                known.append(Stream(message, source, record, rows, (stamp_ns[those], converted)))
             else:
                 unknown.append((identifier, source, len(rows), int(record.line[rows[0]])))
     return known, unknown
@@ -129,7 +147,7 @@ class TickGroup:
         self.streams, self.period_s = streams, streams[0].message.cycle_s
         first = streams[0]
         for stream in streams[1:]:
-            turn = 1 << stream.message.counter.bits
+            turn = 1 << stream.message.counter_bits
             time = (stream.stamp_ns[0] - first.stamp_ns[0]) / 1e9 / self.period_s
             apart = time - (stream.number[0] - first.number[0])
             stream.number = stream.number + turn * round(apart / turn)

@@ -17,6 +17,8 @@ UNITS = {  # of a column's name: what a signal's unit is worth in it
     "m": {"m": 1.0, "mm": 1e-3},
     "N": {"N": 1.0, "kN": 1e3},
 }
+MOST_COUNT_BITS = 48  # of an encoder
+MOST_FINER = 16  # samples of an even grid for each that there is
 GAP_PERIODS = 2.5  # neighbours further apart than this are not joined by a straight line
 
 
@@ -82,6 +84,12 @@ def plain(column, model):
     column.step = abs(factor * column.field.scale)
 
 
+def check_count(column):
+    if column.field.bits > MOST_COUNT_BITS or column.field.float:
+        raise Refused(2, f"{column.stream.message.name}.{column.field.name}: a count of {column.field.bits} bits; expected a whole "
+                         f"number of at most {MOST_COUNT_BITS}")  # fmt: skip
+
+
 def counted_joint(column, model):
     bus = model.bus(joint_of(column.name), "joint")
     column.value = joint_angle(column.stream.counts(column.field.name, column.index), bus)
@@ -121,6 +129,8 @@ def fill(columns, groups, model, origin_ns):
         else:
             column.time_ns = (column.stream.stamp_ns[column.index] - origin_ns).astype(float)
     for column in columns.values():
+        if column.field.unit == "count":
+            check_count(column)
         if column.field.unit != "count":
             plain(column, model)
         elif not column.name.endswith("_motor_rad"):
@@ -186,6 +196,9 @@ def possible_rows(base, time_ns):
 def even(time_ns, values, rate_hz):
     """The same on an even grid; instants in gaps are left out."""
     step = 1e9 / rate_hz
+    wanted = (time_ns[-1] - time_ns[0]) / step
+    if wanted > MOST_FINER * len(time_ns):
+        raise Refused(2, f"--rate: {wanted:.0f} samples from {len(time_ns)}; expected at most {MOST_FINER} for each")
     grid = time_ns[0] + step * np.arange(int((time_ns[-1] - time_ns[0]) / step * (1 + 1e-12)) + 1)
     right = np.clip(np.searchsorted(time_ns, grid), 1, len(time_ns) - 1)
     near = time_ns[right] - time_ns[right - 1] <= GAP_PERIODS * typical_step(time_ns)
