@@ -476,19 +476,19 @@ ROWS = "time_s,knee_rad,ankle_rad\n0,0,0\n0.001,0.001,0\n0.002,0.002,0\n"
 
 
 @pytest.mark.parametrize(("text", "limits", "words"), [
-    (ROWS.replace("knee_rad", "nee_rad"), LIMITS, "column knee_rad is missing"),
-    (ROWS.replace("0.001,0.001", "0.001,x"), LIMITS, "line 3: column knee_rad is not a number"),
-    (ROWS.replace("0.001,0.001", "0.001,nan"), LIMITS, "line 3: column knee_rad is not a number"),
-    (ROWS.replace("0.002,0.002,0", "0.002,0.002"), LIMITS, "line 4: fewer fields than the header"),
-    (ROWS.replace("0.002,", "0.001,"), LIMITS, "line 4: time_s does not rise"),
-    (ROWS.replace("0.002,0.002", "0.0011,0.002"), LIMITS, "line 4: less than 0.2 ms after the row before"),
-    (ROWS.replace("0.002,0.002", "1.0,0.002"), LIMITS, "line 4: more than 50 ms after the row before"),
-    ("time_s,knee_rad,ankle_rad\n0,0,0\n", LIMITS, "fewer than two rows"),
-    ("", LIMITS, "fewer than two rows"),
+    (ROWS.replace("knee_rad", "nee_rad"), LIMITS, ":1: missing column: knee_rad; found time_s, nee_rad, ankle_rad"),
+    (ROWS.replace("0.001,0.001", "0.001,x"), LIMITS, ":3: knee_rad: 'x' is not a number"),
+    (ROWS.replace("0.001,0.001", "0.001,nan"), LIMITS, ":3: knee_rad: 'nan' is not a finite number"),
+    (ROWS.replace("0.002,0.002,0", "0.002,0.002"), LIMITS, ":4: 2 fields, expected 3 as in the header"),
+    (ROWS.replace("0.002,", "0.001,"), LIMITS, ":4: time_s does not rise from 0.001 to 0.001"),
+    (ROWS.replace("0.002,0.002", "0.0011,0.002"), LIMITS, ":4: time_s is 0.0001 s after the row before, expected 0.0002 to 0.05 s"),
+    (ROWS.replace("0.002,0.002", "1.0,0.002"), LIMITS, ":4: time_s is 0.999 s after the row before, expected 0.0002 to 0.05 s"),
+    ("time_s,knee_rad,ankle_rad\n0,0,0\n", LIMITS, "t.csv: 1 rows, expected at least 2"),
+    ("", LIMITS, "t.csv: the file is empty"),
     (ROWS, "knee.position=-1:1,knee.speed=5", "ankle.position and ankle.speed are needed"),
     (ROWS, LIMITS + ",hip.speed=1", "--limits: expected for instance knee.position=-0.9:0.1 or ankle.speed=4, found 'hip.speed=1'"),
     (ROWS, LIMITS.replace("-1:1", "1:-1"), "--limits: expected"),
-    (ROWS, LIMITS.replace("speed=5", "speed=0.5"), "knee.speed is 1 at time_s 0, outside its limit: nothing is sent"),
+    (ROWS, LIMITS.replace("speed=5", "speed=0.5"), "knee.speed is 1.5 at time_s 0.001, outside its limit: nothing is sent"),  # 3 (q2 - q0) / 4 h of the spline at rest at both ends
     (ROWS, LIMITS.replace("-1:1", "-1:0.0015"), "knee.position is 0.002 at time_s 0.002"),
     (ROWS, LIMITS, "--play-on: nocan9: no such interface"),
 ])  # fmt: skip

@@ -33,18 +33,18 @@ static struct can_frame heartbeat_of(uint16_t counter, enum leg_bus_mode mode) {
 }
 
 static int make_frames(struct player *p, struct app_error *error) {
-  const struct setpoints *t = &p->points;
+  const struct trajectory *t = &p->points;
   p->frame = calloc(t->rows * SETPOINT_JOINTS, sizeof *p->frame);
   if (!p->frame) return app_fail(error, APP_FAILED, "out of memory");
   for (size_t i = 0; i < t->rows; i++)
     for (int j = 0; j < SETPOINT_JOINTS; j++) {
       struct leg_bus_frame frame;
       memset(&frame, 0, sizeof frame);
-      if (leg_bus_command(&frame, j, (uint16_t)i, t->row[i].joint[j].q_rad, t->row[i].joint[j].v_rad_s,
-                          t->row[i].joint[j].torque_Nm) != 0)
+      if (leg_bus_command(&frame, j, (uint16_t)i, t->q[j][i], trajectory_speed(t, i, j),
+                          trajectory_torque(t, i, j)) != 0)
         return app_fail(error, APP_BAD_INPUT,
                         "%s: time_s %.6g: a set-point does not fit into its field: nothing is sent", t->path,
-                        t->row[i].t_s);
+                        t->begin_s + t->t_s[i]);
       p->frame[i * SETPOINT_JOINTS + (size_t)j] = frame_of(&frame);
     }
   return 0;
@@ -67,7 +67,7 @@ void player_close(struct player *p) {
   can_port_close(&p->port);
   free(p->frame);
   p->frame = NULL;
-  setpoints_free(&p->points);
+  trajectory_free(&p->points);
 }
 
 /* ---- the loop ------------------------------------------------------------------------------- */
@@ -117,12 +117,12 @@ static void hold(struct player *p, uint16_t counter) {
 }
 
 void player_run(struct player *p) {
-  const struct setpoints *t = &p->points;
+  const struct trajectory *t = &p->points;
   enum player_end end = PLAYER_RUNS;
   int64_t next_beat_ns = p->start_ns - HEARTBEAT_NS;
   uint16_t beats = 0;
   for (size_t i = 0; i < t->rows && end == PLAYER_RUNS; i++) {
-    const int64_t due_ns = p->start_ns + llround((t->row[i].t_s - t->row[0].t_s) * NS_PER_S);
+    const int64_t due_ns = p->start_ns + llround(t->t_s[i] * NS_PER_S);
     for (; next_beat_ns <= due_ns; next_beat_ns += HEARTBEAT_NS) {
       clock_sleep_until(next_beat_ns);
       if (!stopped(p)) beat(p, beats++, LEG_BUS_FOLLOW);

@@ -14,7 +14,7 @@
 enum player_end { PLAYER_RUNS, PLAYER_DONE, PLAYER_STOPPED, PLAYER_TOO_LATE, PLAYER_REFUSED };
 
 struct player {
-  struct setpoints points;
+  struct trajectory points;
   struct can_frame *frame; /* two a row */
   struct can_frame heartbeat;
   struct can_port port;
