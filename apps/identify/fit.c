@@ -151,17 +151,11 @@ static void judge_row(struct judging *g, const tl_rows *rows, int joint, size_t 
   struct fit_instant now = {g->recording,       joint,           t_s,          measured,
                             measured - nominal, measured - rest, rows->kind[k]};
 
-  if (rows->kind[k] == TL_ROW_SCORED) {
-    e->nominal += nominal * nominal;
-    e->identified += rest * rest;
-    e->measured += measured * measured;
-    e->scored++;
+  scored_add(&e->nominal, rows->kind[k], measured, nominal);
+  scored_add(&e->identified, rows->kind[k], measured, rest);
+  if (rows->kind[k] == TL_ROW_SCORED)
     tl_sandwich_add(&g->sandwich, t_s, rows->x + k, rows->stride, rows->index, rows->columns,
                     g->fit->problem.weight[joint], rest);
-  } else if (rows->kind[k] == TL_ROW_STANDSTILL) {
-    e->reversal += rest * rest;
-    e->left_out++;
-  }
   if (g->trace) g->trace(&now, g->context);
 }
 

@@ -3,6 +3,7 @@
 #define FIT_H
 
 #include "common/error.h"
+#include "recording/scored.h"
 #include "recording/stream.h"
 #include "talus/identify.h"
 
@@ -12,11 +13,9 @@ struct fit_settings {
   int huber; /* 1: Huber's loss instead of the square, by reweighting */
 };
 
-/* Sums of one joint's scored residuals over all recordings. */
+/* One joint's error over all recordings, of the model as given and as identified. */
 struct fit_error {
-  double nominal, identified, measured; /* of squares */
-  double reversal;                      /* of the identified residual's, on rows left out at standstill */
-  size_t scored, left_out;
+  struct scored nominal, identified;
 };
 
 struct fit {

@@ -11,18 +11,6 @@
 #define POORLY_KNOWN 0.5  /* of the parameter's size: a standard deviation to warn of */
 #define IN_DIRECTION 1e-3 /* share of a null direction from which on a parameter belongs to it */
 
-const char *report_unit(const tl_model *model) {
-  return tl_plant_facts(model->plant)->torque_unit;
-}
-
-double report_rms(double sum_of_squares, size_t n) {
-  return n ? sqrt(sum_of_squares / (double)n) : (double)NAN;
-}
-
-double report_relative(const struct fit_error *e) {
-  return e->measured > 0.0 ? 100.0 * sqrt(e->identified / e->measured) : (double)NAN;
-}
-
 /* ---- JSON ------------------------------------------------------------------- */
 
 static json_t *parameters_json(const struct report_input *in) {
@@ -78,14 +66,14 @@ static json_t *error_json(const struct report_input *in) {
   for (int j = 0; j < tl_joint_count(m); j++) {
     const struct fit_error *e = &in->fit->error[j];
     json_t *one = json_object();
-    json_set_text(one, "unit", report_unit(m));
-    json_set_number(one, "nominal_rms", report_rms(e->nominal, e->scored));
-    json_set_number(one, "identified_rms", report_rms(e->identified, e->scored));
-    json_set_number(one, "relative_percent", report_relative(e));
-    json_set_number(one, "measured_rms", report_rms(e->measured, e->scored));
-    json_set_number(one, "reversal_rms", report_rms(e->reversal, e->left_out));
-    json_object_set_new(one, "samples", json_integer((json_int_t)e->scored));
-    json_object_set_new(one, "samples_left_out", json_integer((json_int_t)e->left_out));
+    json_set_text(one, "unit", scored_unit(m));
+    json_set_number(one, "nominal_rms", scored_rms(&e->nominal));
+    json_set_number(one, "identified_rms", scored_rms(&e->identified));
+    json_set_number(one, "relative_percent", scored_relative_percent(&e->identified));
+    json_set_number(one, "measured_rms", scored_measured_rms(&e->identified));
+    json_set_number(one, "reversal_rms", scored_reversal_rms(&e->identified));
+    json_object_set_new(one, "samples", json_integer((json_int_t)e->identified.rows));
+    json_object_set_new(one, "samples_left_out", json_integer((json_int_t)e->identified.left_out));
     json_object_set_new(all, tl_joint_name(m, j), one);
   }
   return all;
@@ -248,18 +236,18 @@ static void say_certificate(const struct fit *fit) {
 
 static void say_error(const struct report_input *in, int joint) {
   const tl_model *m = &in->prior->model;
-  const struct fit_error *e = &in->fit->error[joint];
-  const char *name = tl_joint_name(m, joint), *unit = report_unit(m);
+  const struct scored *nominal = &in->fit->error[joint].nominal, *e = &in->fit->error[joint].identified;
+  const char *name = tl_joint_name(m, joint), *unit = scored_unit(m);
 
-  if (e->scored == 0)
+  if (e->rows == 0)
     fprintf(stderr, "%s: no samples in motion, nothing to score; %zu near standstill left out\n", name,
             e->left_out);
   else
     fprintf(stderr,
-            "%s: residual %.4g %s as given, %.4g %s identified (%.2f %% of the measured), %zu samples, "
+            "%s: error %.1f %% of the measured %s (RMS %.4g of %.4g %s, as given %.4g), %zu samples, "
             "%zu near standstill left out\n",
-            name, report_rms(e->nominal, e->scored), unit, report_rms(e->identified, e->scored), unit,
-            report_relative(e), e->scored, e->left_out);
+            name, scored_relative_percent(e), scored_quantity(m), scored_rms(e), scored_measured_rms(e), unit,
+            scored_rms(nominal), e->rows, e->left_out);
 }
 
 void report_say(const struct report_input *in) {

@@ -35,10 +35,4 @@ int picture_write(const struct picture *picture, const char *path, const struct 
 #define REPORT_TEXT 600
 int report_null_text(const struct report_input *in, int direction, unsigned *told, char *text, size_t size);
 
-/* Unit of a plant's torque: "Nm" or "N". RMS figures of one joint's error; relative in percent;
- * NaN (null in JSON) where there is nothing to score. */
-const char *report_unit(const tl_model *model);
-double report_rms(double sum_of_squares, size_t n);
-double report_relative(const struct fit_error *e);
-
 #endif
