@@ -19,7 +19,7 @@ import pytest
 from support import REPOSITORY, program, run
 
 EARLIER = b"what stood here before\n"
-OUTPUTS = {"talus-identify": ("--out", "--report", "--html"), "talus-predict": ("--out",),
+OUTPUTS = {"talus-identify": ("--out", "--report", "--html"), "talus-predict": ("--out", "--report", "--html"),
            "talus-sim": ("--out", "--truth", "--motion")}  # fmt: skip
 BOTH = ("talus-identify", "talus-predict")
 

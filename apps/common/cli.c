@@ -13,6 +13,7 @@
 
 #include "decimal.h"
 #include "error.h"
+#include "output.h"
 #include "talus/version.h"
 
 /* what getopt_long answers: the table's index from here on, then the two common ones */
@@ -162,4 +163,21 @@ enum cli_result cli_parse(const struct cli_program *program, int argc, char **ar
   }
   *first = optind;
   return check_given(program, given, argc - optind);
+}
+
+enum cli_result cli_keep_apart(const struct cli_file *result, int results) {
+  for (int i = 1; i < results; i++)
+    for (int j = 0; j < i; j++)
+      if (result[i].path && result[j].path && output_same(result[i].path, result[j].path))
+        return cli_complain("--%s and --%s are one file, %s", result[j].option, result[i].option,
+                            result[i].path);
+  return CLI_RUN;
+}
+
+enum cli_result cli_keep_input(const struct cli_file *result, int results, const char *input,
+                               const char *what) {
+  for (int i = 0; i < results; i++)
+    if (result[i].path && output_same(result[i].path, input))
+      return cli_complain("--%s: %s is %s, it would be lost", result[i].option, input, what);
+  return CLI_RUN;
 }

@@ -66,6 +66,16 @@ enum cli_result { CLI_RUN, CLI_DONE, CLI_USAGE };
  * standard output, complaints to standard error. */
 enum cli_result cli_parse(const struct cli_program *program, int argc, char **argv, int *first);
 
+/* A file that an option names. Nullable: path. */
+struct cli_file {
+  const char *option, *path;
+};
+/* No two results in one file. */
+enum cli_result cli_keep_apart(const struct cli_file *result, int results);
+/* No result in the place of an input, which is `what` ("the model"). */
+enum cli_result cli_keep_input(const struct cli_file *result, int results, const char *input,
+                               const char *what);
+
 /* One line about wrong usage that the table cannot know, with the hint; answers CLI_USAGE. */
 enum cli_result cli_complain(const char *format, ...)
 #if defined(__GNUC__)

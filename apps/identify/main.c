@@ -177,23 +177,12 @@ static void hold_and_bound(const struct model_file *file, int gravity_seen, tl_i
 /* what would be written over: no two results in one file, none in a file that is read (but the model
  * itself, which may be replaced by the identified one) */
 static enum cli_result check_results(char *const *path, int n) {
-  const struct {
-    const char *option, *path;
-  } result[] = {{"out", asked.out}, {"report", asked.report}, {"html", asked.html}};
+  const struct cli_file result[] = {{"out", asked.out}, {"report", asked.report}, {"html", asked.html}};
 
-  for (int i = 0; i < 3; i++) {
-    if (!result[i].path) continue;
-    for (int j = 0; j < i; j++)
-      if (result[j].path && output_same(result[i].path, result[j].path))
-        return cli_complain("--%s and --%s are one file, %s", result[j].option, result[i].option,
-                            result[i].path);
-    for (int k = 0; k < n; k++)
-      if (output_same(result[i].path, path[k]))
-        return cli_complain("--%s: %s is a recording, it would be lost", result[i].option, path[k]);
-    if (i > 0 && output_same(result[i].path, asked.model))
-      return cli_complain("--%s: %s is the model, it would be lost", result[i].option, asked.model);
-  }
-  return CLI_RUN;
+  if (cli_keep_apart(result, 3) != CLI_RUN) return CLI_USAGE;
+  for (int k = 0; k < n; k++)
+    if (cli_keep_input(result, 3, path[k], "a recording") != CLI_RUN) return CLI_USAGE;
+  return cli_keep_input(result + 1, 2, asked.model, "the model");
 }
 
 /* better known before the search than after it */

@@ -155,19 +155,13 @@ static enum cli_result check_excitation(void) {
 
 /* no two files in one, and none in the model's place */
 static enum cli_result check_files(void) {
-  const struct {
-    const char *option, *path;
-  } file[] = {{"model", asked.model},
-              {"reference", asked.reference},
-              {"out", asked.out},
-              {"truth", asked.truth},
-              {"motion", asked.motion}};
+  const struct cli_file file[] = {{"model", asked.model},
+                                  {"reference", asked.reference},
+                                  {"out", asked.out},
+                                  {"truth", asked.truth},
+                                  {"motion", asked.motion}};
 
-  for (int i = 1; i < 5; i++)
-    for (int j = 0; j < i; j++)
-      if (file[i].path && file[j].path && output_same(file[i].path, file[j].path))
-        return cli_complain("--%s and --%s are one file, %s", file[j].option, file[i].option, file[i].path);
-  return CLI_RUN;
+  return cli_keep_apart(file, 5);
 }
 
 static enum cli_result read_command_line(int argc, char **argv) {
