@@ -8,7 +8,9 @@ What a fenced block is decides what happens to it, in the order of the page and 
                   for any rest of a line, or for any lines
     ```python     is run by Python, with tools/ on its path
     ```c          is compiled by `cc $(pkg-config --cflags --libs talus)` and run
-    ```any other  is left alone, but <!-- file: NAME --> before a block writes the block to that file
+    ```any other  is left alone
+
+<!-- file: NAME --> before a block, whatever it is, writes the block to that file and nothing more.
 
 In c and python, the next ```text block is what it prints.
 """
@@ -145,6 +147,7 @@ def test_examples(page, folder):
     printed = None
     for name, kind, text in blocks(page):
         if name:
+            (folder / name).parent.mkdir(parents=True, exist_ok=True)
             (folder / name).write_text(text)
         elif kind == "sh":
             execute(["bash", "-euo", "pipefail", "-c", text], folder)
@@ -158,11 +161,11 @@ def test_examples(page, folder):
 
 
 @pytest.mark.release
-@pytest.mark.parametrize("page", [page for page in PAGES if any(kind == "c" for _, kind, _ in blocks(page))])
+@pytest.mark.parametrize("page", [page for page in PAGES if any(kind == "c" and not name for name, kind, _ in blocks(page))])
 def test_programs_in_c(page, folder, request):
     all_blocks = blocks(page)
-    for (_, kind, text), (_, following, shown) in zip(all_blocks, [*all_blocks[1:], ("", "", "")], strict=True):
-        if kind == "c":
+    for (name, kind, text), (_, following, shown) in zip(all_blocks, [*all_blocks[1:], ("", "", "")], strict=True):
+        if kind == "c" and not name:
             printed = compile_and_run(text, folder, request)
             if following == "text":
                 check_shown(shown, printed)

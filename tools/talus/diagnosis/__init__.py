@@ -6,7 +6,8 @@ One file, one subject, in the order in which a diagnosis runs:
     noise.py            periods, blocks and the noise floor of each channel
     evidence.py         channels of all recordings as weighted rows
     scene.py            the plain model's torques along one recording, which the effects are made of
-    catalogue/          candidates: every effect, joint and shape
+    effects/            one file an effect: its words, the shapes that are tried, all else that is known of it
+    catalogue/          candidates: one effect at one joint in one shape, as columns
     gram.py             normal equations by block, fits and their error on blocks held out
     search.py           which effects, up to three
     verdict.py          probabilities, none and unknown
