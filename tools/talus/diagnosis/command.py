@@ -13,7 +13,7 @@ import yaml
 import talus
 from talus import constants
 
-from . import experiment, fitted, picture, report
+from . import experiment, fitted, picture, report, words
 from .evidence import Evidence
 from .search import search
 from .track import Track
@@ -117,13 +117,13 @@ def identify(options):
             done = subprocess.run(command, check=False, capture_output=True, text=True)
         except OSError as error:
             raise Refused(1, f"{program}: {error.strerror}") from error
-        words = done.stderr.replace("talus-identify", NAME).rstrip("\n")
-        if done.returncode == 2 and TOO_LITTLE_MOTION in words:  # a sensor at the output, or nothing to diagnose
+        said = done.stderr.replace("talus-identify", NAME).rstrip("\n")
+        if done.returncode == 2 and TOO_LITTLE_MOTION in said:  # a sensor at the output, or nothing to diagnose
             return None, yaml.safe_load(Path(options.flags["--model"]).read_text(encoding="utf-8"))
         if done.returncode != 0:
-            raise Refused(2 if done.returncode == 2 else 1, words.removeprefix(f"{NAME}: "))
-        if words:
-            say(words)
+            raise Refused(2 if done.returncode == 2 else 1, said.removeprefix(f"{NAME}: "))
+        if said:
+            say(said)
         return json.loads(outputs[1].read_text()), yaml.safe_load(outputs[0].read_text())
 
 
@@ -163,7 +163,7 @@ def summary(found):
     yield f"{picture.sentence(found)}"
     for item in found["alternatives"][:3]:
         if item["probability"] >= 0.01:
-            yield f"  or {item['effect']} of {item['joint']}: probability {item['probability']:.2f}"
+            yield f"  or {words.at(item['effect'], item['joint'])}: probability {item['probability']:.2f}"
     for joint, gap in found["gap"].items():
         unit = gap["unit"]
         yield (f"{joint}: {gap['nominal_rms']:.4g} {unit} as given, {gap['identified_rms']:.4g} identified, "

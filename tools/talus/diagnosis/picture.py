@@ -133,10 +133,10 @@ def _effect(out, number, effect, report):
     """What was added, with its parameters."""
     gap = report["gap"].get(effect["joint"]) or next(iter(report["gap"].values()))
     scale = Scale(gap["unit"], [effect["gap_before"], effect["gap_after"]])
-    rows = [[name, f"{value:.4g}"] for name, value in effect["parameters"].items()]
-    rows += [["probability", f"{effect['probability']:.4f}"], ["error before", scale.text(effect["gap_before"])],
-             ["error after", scale.text(effect["gap_after"])]]  # fmt: skip
-    out.table(f"{number}. {words.cause(effect['effect'], effect['joint'])}", ["parameter", "value"], rows)
+    rows = [[name, f"{value:.4g}", words.unit(name, effect["joint"])] for name, value in effect["parameters"].items()]
+    rows += [["probability", f"{effect['probability']:.4f}", ""], ["error before", scale.number(effect["gap_before"]), scale.unit],
+             ["error after", scale.number(effect["gap_after"]), scale.unit]]  # fmt: skip
+    out.table(f"{number}. {words.cause(effect['effect'], effect['joint'])}", ["parameter", "value", "unit"], rows)
 
 
 def _where(out, report):

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 
 from .where import ORDERS
-from .words import Scale
+from .words import Scale, of_slider
 
 COORDINATES = {  # in words, and the unit
     "position": ("position", "rad"), "velocity": ("velocity", "rad/s"), "acceleration": ("acceleration", "rad/s²"),
@@ -47,13 +47,13 @@ class Shown:
 
 def coordinate_unit(coordinate, slider):
     unit = COORDINATES[coordinate][1]
-    return unit.replace("Nm", "N").replace("rad", "m") if slider else unit
+    return of_slider(unit) if slider else unit
 
 
 def coordinate_label(coordinate, slider):
     """A coordinate of `where` in words, with its unit."""
-    words = COORDINATES[coordinate][0]
-    return f"{words.replace('torque', 'force') if slider else words} [{coordinate_unit(coordinate, slider)}]"
+    label = f"{COORDINATES[coordinate][0]} [{coordinate_unit(coordinate, False)}]"
+    return of_slider(label) if slider else label
 
 
 def maps(out, found):

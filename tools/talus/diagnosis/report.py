@@ -6,6 +6,7 @@ import math
 from . import experiment, figures, motion
 from .hidden import not_observable
 from .where import where
+from .words import of_slider
 
 SCHEMA = "talus-gap/1"
 
@@ -28,6 +29,7 @@ def diagnosis(search, verdict, seed):
     maps_after = where(search, after)[1] if fit.chosen else maps
     named = verdict.probabilities[0]
     proposal = experiment.propose(search, verdict)
+    why = of_slider(proposal.why) if evidence.model.plant == "slider" else proposal.why
     report = {
         "schema": SCHEMA,
         "verdict": entry(*named),
@@ -41,7 +43,7 @@ def diagnosis(search, verdict, seed):
             for p, effect, joint in verdict.confusable()
         ],
         "not_observable": not_observable(search),
-        "next_experiment": {"why": proposal.why, "trajectory": None, "needs": proposal.needs, "parts": proposal.parts},
+        "next_experiment": {"why": why, "trajectory": None, "needs": proposal.needs, "parts": proposal.parts},
     }
     listed = figures.effects(search, fit, before)
     keys = [c.key for c in fit.chosen]

@@ -1,9 +1,18 @@
 """The diagnosis in plain words."""
 
+import re
+
 from .effects import EFFECTS
 
 LIKELY, CERTAIN = 0.5, 0.8  # probabilities from which a cause is called so
 HARDLY = 0.1  # of the gap is closed
+SLIDER = "slider"  # the joint whose motion is linear
+UNITS = {  # by the end of a parameter's name
+    "Nm": "Nm", "Nm_rad": "Nm/rad", "Nm_rad2": "Nm/rad²", "Nm_rad3": "Nm/rad³", "Nm_rad4": "Nm/rad⁴", "Nms_rad": "Nms/rad",
+    "Nm_10K": "Nm per 10 K", "Nms_rad_10K": "Nms/rad per 10 K", "per_10_C": "per 10 °C",
+    "Nms_rad_per_10_C": "Nms/rad per 10 °C", "rad": "rad", "rad_s": "rad/s", "1_rad": "1/rad", "rad_Nm": "rad/Nm",
+    "m": "m", "m_N": "m/N", "s": "s", "C": "°C", "Hz": "Hz",
+}  # fmt: skip
 
 
 class Scale:
@@ -28,10 +37,31 @@ def name(effect):
     return effect.replace("_", " ")
 
 
+def at(effect, joint):
+    """A verdict's name and place: "load friction at the knee"; "unknown"."""
+    return name(effect) if joint == "none" else f"{name(effect)} at the {joint}"
+
+
+def of_slider(text):
+    """Words or a unit of a rotary joint as those of a slider: force for torque, N for Nm, m for rad."""
+    text = text.replace("torque", "force")
+    return re.sub(r"(?<![A-Za-z_])rad(?![A-Za-z_])", "m", re.sub(r"(?<![A-Za-z_])(m?N)m(?=s?(?![A-Za-z_]))", r"\1", text))
+
+
+def unit(parameter, joint):
+    """The unit of an effect's parameter at a joint; "" where it has none."""
+    plain = re.sub(r"_\d+$", "", parameter)  # of a second order or mode
+    ends = [end for end in UNITS if plain.endswith(f"_{end}")]
+    found = UNITS[max(ends, key=len)] if ends else ""
+    return of_slider(found) if joint == SLIDER else found
+
+
 def cause(effect, joint):
     """An effect in plain words, with its name and place."""
-    own = f"{EFFECTS[effect].words} ({name(effect)})" if effect in EFFECTS else name(effect)
-    return f"{own} at the {joint}"
+    if effect not in EFFECTS:
+        return at(effect, joint)
+    plain = EFFECTS[effect].words
+    return f"{of_slider(plain) if joint == SLIDER else plain} ({name(effect)}) at the {joint}"
 
 
 def is_poor(report):
