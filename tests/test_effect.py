@@ -58,6 +58,14 @@ def test_the_page_lists_every_kind_with_its_parameters():
             assert f"`{ffi.string(p.name).decode()}` {p.low:g} to {p.high:g}" in sections[name], name
 
 
+def test_a_kinds_file_is_its_only_place_in_c():
+    named = re.compile(r'"({0})"|tl_effect_({0})\b'.format("|".join(kinds())))
+    sources = [path for folder in ("lib", "apps", "include") for path in (REPOSITORY / folder).rglob("*.[ch]")]
+    comments = re.compile(r"/\*.*?\*/", re.DOTALL)
+    naming = {path for path in sources if named.search(comments.sub("", path.read_text()))}
+    assert naming == set((REPOSITORY / "lib" / "effects").glob("*.c"))
+
+
 def test_laws_against_their_formulas():
     v, slip, load, motor, ratio, q = -0.3, -1.0, -2.5, 0.02, 51.0, 0.4
     at = {"v": v, "slip": slip, "load_Nm": load, "motor_Nm": motor, "ratio": ratio, "q": q, "motor_rad": 51 * q, "t_s": 30.0,
