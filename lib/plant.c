@@ -41,12 +41,13 @@ void tl_inverse(const tl_model *m, const tl_motion *motion, double torque[TL_MAX
 
 void tl_inverse_batch(const tl_model *m, size_t n, const double *q, const double *v, const double *a,
                       const double *slip, double *torque) {
+  const tl_plant_table *t = tl_plant_table_of(m->plant);
   tl_motion now = {{0.0}, {0.0}, {0.0}, {0.0}};
-  double at_once[TL_MAX_JOINTS];
-  int joints = tl_joint_count(m), j;
+  double at_once[TL_MAX_JOINTS] = {0.0, 0.0};
+  int joints = t->facts.joints < TL_MAX_JOINTS ? t->facts.joints : TL_MAX_JOINTS, j;
   size_t i;
 
-  for (i = 0; i < n; i++) {
+  for (i = 0; i < n && t->inverse; i++) {
     for (j = 0; j < joints; j++) {
       size_t at = (size_t)j * n + i;
 
@@ -56,14 +57,14 @@ void tl_inverse_batch(const tl_model *m, size_t n, const double *q, const double
       if (slip) now.slip[j] = slip[at];
     }
     if (!slip) tl_slip_from_velocity(m, &now);
-    tl_inverse(m, &now, at_once);
+    t->inverse(m, &now, at_once);
     for (j = 0; j < joints; j++) torque[(size_t)j * n + i] = at_once[j];
   }
 }
 
 /* one degree of freedom: what torque is left after the rest, over the inertia */
 static tl_status forward_one(const tl_model *m, const double torque[TL_MAX_JOINTS], tl_motion *motion) {
-  double inertia[TL_MAX_JOINTS * TL_MAX_JOINTS], bias[TL_MAX_JOINTS];
+  double inertia[TL_MAX_JOINTS * TL_MAX_JOINTS] = {0.0}, bias[TL_MAX_JOINTS] = {0.0, 0.0};
   tl_motion at_rest = *motion;
 
   tl_inertia_matrix(m, motion->q, inertia);
@@ -113,7 +114,7 @@ void tl_energy(const tl_model *m, const tl_motion *motion, double *kinetic_J, do
 void tl_tilt_by_turning(const tl_model *m, const double q[TL_MAX_JOINTS],
                         double joint_torque[TL_MAX_JOINTS]) {
   static const double quarter = 1.5707963267948966;
-  double torque[TL_MAX_JOINTS];
+  double torque[TL_MAX_JOINTS] = {0.0, 0.0};
   tl_model still = *m;
   tl_motion turned = {{0.0}, {0.0}, {0.0}, {0.0}};
   int j;

@@ -2,6 +2,7 @@
 #include "recording_layout.h"
 
 #include <stdio.h>
+
 int layout_init(struct layout *layout, const char *path, tl_plant plant, struct app_error *error) {
   layout->plant = plant;
   if (tl_channel_set_of(plant, &layout->set) != TL_OK) return app_fail(error, APP_FAILED, "unknown plant");
