@@ -34,7 +34,7 @@ extern "C" {
 #define TL_MAX_ROW 8         /* base parameters that one joint's row involves */
 #define TL_MAX_NUMBERS 8     /* numbers of a plant that has no members of its own in tl_model */
 
-/* Every plant: its enumerator TL_PLANT_LEG = 0, ..., and its file lib/plant_leg.c, .... docs/equations.md says
+/* Every plant: its enumerator TL_PLANT_LEG = 0, ..., and its file lib/plant_leg.c, .... docs/plants.md says
  * how to add one. */
 #define TL_PLANTS(row) row(LEG, leg) row(PENDULUM, pendulum) row(SLIDER, slider)
 #define TL_PLANT_ENUMERATOR(upper, lower) TL_PLANT_##upper,

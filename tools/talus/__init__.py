@@ -19,7 +19,7 @@ TALUS_LIBRARY (the shared library, default <TALUS_BUILD>/lib/libtalus.so).
 from ._arrays import pointer
 from ._library import BUILD, InputError, TalusError, check, constants, ffi, lib
 from .identification import Fit, Regression, identify, predict
-from .model import Model, score_settings
+from .model import Model, plants, score_settings
 from .page import Page
 from .recording import Recording
 from .scoring import Panel, measured, panels, score
@@ -41,6 +41,7 @@ __all__ = [
     "lib",
     "measured",
     "panels",
+    "plants",
     "pointer",
     "predict",
     "score",

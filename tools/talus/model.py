@@ -16,7 +16,10 @@ import yaml
 from ._arrays import joint_arrays, pointer, vector
 from ._library import InputError, check, check_file, ffi, files, lib
 
-_PLANTS = {"leg": "TL_PLANT_LEG", "pendulum": "TL_PLANT_PENDULUM", "slider": "TL_PLANT_SLIDER"}
+
+def plants():
+    """The names of all plants, in the order of the library's table."""
+    return [ffi.string(lib.tl_plant_facts(plant).name).decode() for plant in range(lib.TL_PLANT_COUNT)]
 
 
 class Model:
@@ -24,11 +27,11 @@ class Model:
     `tl_score_settings`, `window` a `tl_window` or None, `effects` a list of `tl_effect`. Copied by `copy()`."""
 
     def __init__(self, plant):
-        if plant not in _PLANTS:
-            raise ValueError(f"plant: expected one of {', '.join(_PLANTS)}, found {plant!r}")
+        if plant not in plants():
+            raise ValueError(f"plant: expected one of {', '.join(plants())}, found {plant!r}")
         self.plant = plant
         self.struct = ffi.new("tl_model *")
-        check(lib.tl_model_init(self.struct, getattr(lib, _PLANTS[plant])))
+        check(lib.tl_model_init(self.struct, plants().index(plant)))
         self.score, self.window, self.effects = score_settings(), None, []
         self._file = ffi.new("struct model_file *")
 
@@ -37,7 +40,7 @@ class Model:
         """The model of a YAML file. InputError names file, line and key of what is wrong, as every command does."""
         file, error = ffi.new("struct model_file *"), ffi.new("struct app_error *")
         check_file(files().model_file_read(str(path).encode(), file, error), error)
-        model = cls({getattr(lib, number): name for name, number in _PLANTS.items()}[file.model.plant])
+        model = cls(plants()[file.model.plant])
         model._file = file
         model.struct[0] = file.model
         model.score[0] = file.score
@@ -72,6 +75,26 @@ class Model:
         other.window = self.window and ffi.new("tl_window *", self.window[0])
         other.effects = list(self.effects)
         return other
+
+    @property
+    def facts(self):
+        """What is known of the plant without its numbers: the C library's `tl_facts` (talus/plant.h)."""
+        return lib.tl_plant_facts(self.struct.plant)
+
+    @property
+    def coordinate_unit(self):
+        """Of positions: "rad" or "m"."""
+        return self._text(self.facts.coordinate_unit)
+
+    @property
+    def torque_unit(self):
+        """Of torques: "Nm", or "N" where they are forces."""
+        return self._text(self.facts.torque_unit)
+
+    @property
+    def torque_name(self):
+        """"torque" or "force"."""
+        return self._text(self.facts.torque_name)
 
     @property
     def joints(self):

@@ -11,7 +11,7 @@ import numpy
 
 from ._arrays import pointer
 from ._library import InputError, check, check_file, ffi, files, lib
-from .model import Model, score_settings
+from .model import Model, plants, score_settings
 
 
 def channels():
@@ -118,7 +118,7 @@ def _plant_of(path):
     except (OSError, EOFError) as error:
         raise InputError(f"{path}: {getattr(error, 'strerror', None) or error}") from error
     named = sum(1 << number for name, number in channels().items() if name in {x.strip() for x in header.split(",")})
-    return max(("leg", "pendulum", "slider"), key=lambda plant: bin(channel_set(Model(plant)).known & named).count("1"))
+    return max(plants(), key=lambda plant: bin(channel_set(Model(plant)).known & named).count("1"))
 
 
 def _columns(held, error):
