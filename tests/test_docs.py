@@ -7,7 +7,8 @@ What a fenced block is decides what happens to it, in the order of the page and 
     ```console    "$ command" and what it prints: words must be the same, numbers may differ by 5 %; "..." stands
                   for any rest of a line, or for any lines
     ```python     is run by Python, with tools/ on its path
-    ```c          is compiled by `cc $(pkg-config --cflags --libs talus)` and run
+    ```c          is compiled by `cc $(pkg-config --cflags --libs talus)` and run, after the page's sh blocks that
+                  write a header which it includes
     ```any other  is left alone
 
 <!-- file: NAME --> before a block, whatever it is, writes the block to that file and nothing more.
@@ -164,6 +165,10 @@ def test_examples(page, folder):
 @pytest.mark.parametrize("page", [page for page in PAGES if any(kind == "c" and not name for name, kind, _ in blocks(page))])
 def test_programs_in_c(page, folder, request):
     all_blocks = blocks(page)
+    included = {name for _, kind, text in all_blocks if kind == "c" for name in re.findall(r'^#include "(\w+\.h)"', text, re.MULTILINE)}
+    for _, kind, text in all_blocks:  # commands that write a header which a program includes
+        if kind == "sh" and any(f"--out {name}" in text for name in included):
+            execute(["bash", "-euo", "pipefail", "-c", text], folder)
     for (name, kind, text), (_, following, shown) in zip(all_blocks, [*all_blocks[1:], ("", "", "")], strict=True):
         if kind == "c" and not name:
             printed = compile_and_run(text, folder, request)

@@ -8,6 +8,7 @@
 #ifndef TALUS_EXPERIMENTAL_H
 #define TALUS_EXPERIMENTAL_H
 
+#include "talus/experimental/controller_prepare.h"
 #include "talus/experimental/effect.h"
 #include "talus/experimental/excitation.h"
 #include "talus/experimental/hysteresis.h"

@@ -49,6 +49,12 @@
 #include "talus/plant.h"
 #include "talus/transmission.h"
 
+/* control */
+#include "talus/controller.h"
+#include "talus/curve.h"
+#include "talus/drive_table.h"
+#include "talus/fixed.h"
+
 /* recordings */
 #include "talus/channel.h"
 #include "talus/filter.h"

@@ -1,0 +1,325 @@
+/* controller_template.h: the controller's equations, written once for every scalar (fixed_scalar_*.h and
+ * curve_template.h, included before). In floating point MUL is a product and SAT nothing.
+ *
+ * In fixed point (formats: talus/fixed.h and talus/controller.h) MUL(a, b, drop) brings Qm times Qn to
+ * Q(m + n - drop), rounded, in 64 bits: |a b| <= 2^62, so with drop >= 15 it is below 2^47, and every sum here has
+ * fewer than 20 of them: below 2^52. SAT brings a sum back to 32 bits, held and flagged. So nothing overflows for any
+ * numbers whatever, and where tl_controller_to_q31 let the model pass, no sum reaches the end of its range
+ * within the limits.
+ */
+typedef NAMED(tl_controller) NAMED(controller);
+typedef NAMED(tl_controller_joint) NAMED(joint);
+typedef NAMED(tl_controller_frame) NAMED(frame);
+typedef NAMED(tl_controller_parts) NAMED(parts);
+typedef NAMED(tl_controller_state) NAMED(state);
+typedef NAMED(tl_controller_input) NAMED(input);
+typedef NAMED(tl_controller_output) NAMED(output);
+
+/* SAT names it in fixed point; floating point has no use of it */
+#define UNUSED(x) (void)(x)
+#define SIZE(x, saturated) NAMED(size)((x), (saturated))
+
+static inline REAL NAMED(size)(REAL x, uint32_t *saturated) {
+  UNUSED(saturated);
+  return x < 0 ? SAT(-(WIDE)x) : x;
+}
+
+static inline REAL NAMED(between)(WIDE x, REAL low, REAL high) {
+  WIDE above = x > low ? x : low;
+
+  return (REAL)(above < high ? above : high);
+}
+
+/* ---- the law ------------------------------------------------------------------- */
+
+/* Inertia and gravity of both joints, docs/equations.md (12); the rotor's part comes later.
+ * cosine * (2 a0 + a1) and the like: Q31 times Q19 to Q19; speed^2: Q25 times Q25 to Q19; inertia Q27 times Q19 to Q21;
+ * gravity Q21 times Q31 to Q21. */
+static inline void NAMED(rigid_leg)(const NAMED(controller) * c, const NAMED(frame) * at,
+                                    NAMED(parts) * parts, uint32_t *saturated) {
+  const REAL *v = at->speed_rad_s, *a = at->acceleration;
+  REAL sin_s, cos_s, sin_a, cos_a, sin_f, cos_f, foot, knee, ankle, both;
+
+  UNUSED(saturated);
+  SINCOS(at->angle_rad[0], &sin_s, &cos_s);
+  SINCOS(at->angle_rad[1], &sin_a, &cos_a);
+  sin_f = SAT(MUL(sin_s, cos_a, 31) + MUL(cos_s, sin_a, 31));
+  cos_f = SAT(MUL(cos_s, cos_a, 31) - MUL(sin_s, sin_a, 31));
+
+  /* theta_f'', and what multiplies H = mf df ls in rows s + f and f */
+  foot = SAT((WIDE)a[0] + a[1]);
+  both = SAT((WIDE)a[0] + foot);
+  knee = SAT(2 * MUL(v[0], v[1], 31) + MUL(v[1], v[1], 31));
+  knee = SAT(MUL(cos_a, both, 31) - MUL(sin_a, knee, 31));
+  ankle = SAT(MUL(v[0], v[0], 31));
+  ankle = SAT(MUL(cos_a, a[0], 31) + MUL(sin_a, ankle, 31));
+
+  parts->inertia_Nm[0] =
+      SAT(MUL(c->shank_inertia, a[0], 25) + MUL(c->foot_inertia, foot, 25) + MUL(c->coupling, knee, 25));
+  parts->inertia_Nm[1] = SAT(MUL(c->foot_inertia, foot, 25) + MUL(c->coupling, ankle, 25));
+  parts->gravity_Nm[0] = SAT(MUL(c->gravity_shank, sin_s, 31) + MUL(c->gravity_foot, sin_f, 31));
+  parts->gravity_Nm[1] = SAT(MUL(c->gravity_foot, sin_f, 31));
+  parts->effects_Nm[0] = SAT(MUL(c->tilt_shank, cos_s, 31) + MUL(c->tilt_foot, cos_f, 31));
+  parts->effects_Nm[1] = SAT(MUL(c->tilt_foot, cos_f, 31));
+}
+
+/* The ankle's rotor in the joint's coordinate: Ima ka (ka q'' + ka' q'^2), the ratio as curve times scale;
+ * c->rotor holds the square of the scale. slope: Q31 a step times Q24 steps a rad to Q27; Q27 times Q19 to Q19. */
+static inline REAL NAMED(rotor)(const NAMED(controller) * c, const NAMED(joint) * j, REAL q, REAL v, REAL a,
+                                uint32_t *saturated) {
+  REAL ratio = UNIT_Q31, slope = 0, turned;
+
+  UNUSED(saturated);
+  if (j->ratio.n) ratio = NAMED(curve_at)(&j->ratio, q, &slope, saturated);
+  slope = SAT(MUL(slope, j->slope_per_rad, 28));
+  turned = SAT(MUL(v, v, 31));
+  turned = SAT(MUL(ratio, a, 31) + MUL(slope, turned, 27));
+  return SAT(MUL(c->rotor, SAT(MUL(ratio, turned, 31)), 25));
+}
+
+/* The level of friction beside Coulomb's at this speed and angle: what the curves say, Q21. */
+static inline WIDE NAMED(friction_level)(const NAMED(joint) * j, REAL q, REAL speed, uint32_t *saturated) {
+  const NAMED(tl_curve) *curve = speed < j->slow_rad_s ? &j->slow : &j->fast;
+  WIDE level = 0;
+  REAL slope;
+
+  UNUSED(saturated);
+  if (j->slow.n) level += MUL(NAMED(curve_at)(curve, speed, &slope, saturated), j->speed_scale, 31);
+  if (j->position.n) level += MUL(NAMED(curve_at)(&j->position, q, &slope, saturated), j->position_scale, 31);
+  return level;
+}
+
+/* Friction that the desired motion meets. slip: Q25 times Q20 to Q30, held in [-1, 1]: it fades around standstill.
+ * A load that the motor drives and one that drives it differ by the odd part: |load| slip and load |slip|. */
+static inline REAL NAMED(friction)(const NAMED(joint) * j, REAL q, REAL v, REAL load, uint32_t *saturated) {
+  REAL slip = NAMED(between)(MUL(v, j->friction_gain, 15), -UNIT_Q30, UNIT_Q30);
+  REAL speed = SIZE(v, saturated), sliding = SIZE(slip, saturated), level, bias;
+
+  UNUSED(saturated);
+  level = SAT(j->dry_Nm + NAMED(friction_level)(j, q, speed, saturated) +
+              MUL(j->load_even, SIZE(load, saturated), 30));
+  bias = SAT(j->asymmetry_Nm + MUL(j->load_odd, load, 30));
+  return SAT(MUL(slip, level, 30) + MUL(sliding, bias, 30) + MUL(j->viscous, v, 27) +
+             MUL(j->viscous_asymmetry, speed, 27));
+}
+
+/* Motor torque of one joint. Sum over the ratio: Q21 times Q31 to Q21, then times Q31 to Q26. */
+static inline REAL NAMED(motor_torque)(const NAMED(controller) * c, const NAMED(frame) * at, int joint,
+                                       NAMED(parts) * parts, uint32_t *saturated) {
+  const NAMED(joint) *j = &c->joint[joint];
+  REAL q = at->angle_rad[joint], v = at->speed_rad_s[joint], inverse = UNIT_Q31, slope, load, sum;
+
+  UNUSED(saturated);
+  if (joint == 1)
+    parts->inertia_Nm[1] =
+        SAT((WIDE)parts->inertia_Nm[1] + NAMED(rotor)(c, j, q, v, at->acceleration[joint], saturated));
+  if (j->spring.n)
+    parts->effects_Nm[joint] =
+        SAT(parts->effects_Nm[joint] +
+            MUL(NAMED(curve_at)(&j->spring, q, &slope, saturated), j->spring_scale, 31));
+  load = SAT((WIDE)parts->inertia_Nm[joint] + parts->gravity_Nm[joint]);
+  parts->friction_Nm[joint] = NAMED(friction)(j, q, v, load, saturated);
+  sum = SAT((WIDE)load + parts->friction_Nm[joint] + parts->effects_Nm[joint]);
+  if (j->inverse.n) inverse = NAMED(curve_at)(&j->inverse, q, &slope, saturated);
+  return SAT(MUL(SAT(MUL(sum, inverse, 31)), j->inverse_scale, 26));
+}
+
+static inline void NAMED(law)(const NAMED(controller) * c, const NAMED(frame) * at, REAL torque[2],
+                              NAMED(parts) * parts, uint32_t *saturated) {
+  int joint;
+
+  NAMED(rigid_leg)(c, at, parts, saturated);
+  for (joint = 0; joint < TL_CONTROLLER_JOINTS; joint++)
+    torque[joint] = NAMED(motor_torque)(c, at, joint, parts, saturated);
+}
+
+/* ---- frames --------------------------------------------------------------------- */
+
+/* NaN compares false; & instead of && so that every frame takes the same time */
+static inline int NAMED(is_possible)(const NAMED(controller) * c, const NAMED(frame) * f) {
+  int joint, yes = 1;
+
+  for (joint = 0; joint < TL_CONTROLLER_JOINTS; joint++) {
+    const NAMED(joint) *j = &c->joint[joint];
+    REAL v = f->speed_rad_s[joint], a = f->acceleration[joint], most = j->acceleration_limit;
+
+    yes &= (f->angle_rad[joint] >= (WIDE)j->low_rad - j->angle_slack_rad) &
+           (f->angle_rad[joint] <= (WIDE)j->high_rad + j->angle_slack_rad) &
+           (v >= -(WIDE)j->speed_limit_rad_s) & (v <= j->speed_limit_rad_s) & (a >= -(WIDE)most) &
+           (a <= most);
+  }
+  return yes;
+}
+
+/* can the joint have got there since the last frame, `ticks` ago? In fixed point ticks <= stale_ticks + 1 < 2^7. */
+static inline int NAMED(is_near)(const NAMED(controller) * c, const NAMED(frame) * f,
+                                 const NAMED(frame) * last, int32_t ticks) {
+  int joint, yes = 1;
+
+  for (joint = 0; joint < TL_CONTROLLER_JOINTS; joint++) {
+    const NAMED(joint) *j = &c->joint[joint];
+    WIDE moved = (WIDE)f->angle_rad[joint] - last->angle_rad[joint];
+    WIDE faster = (WIDE)f->speed_rad_s[joint] - last->speed_rad_s[joint];
+    WIDE way = (WIDE)j->angle_step_rad * (WIDE)ticks + j->angle_slack_rad;
+    WIDE gain = (WIDE)j->speed_step_rad_s * (WIDE)ticks;
+
+    yes &= (moved <= way) & (moved >= -way) & (faster <= gain) & (faster >= -gain);
+  }
+  return yes;
+}
+
+static inline REAL NAMED(choose)(int32_t yes, REAL a, REAL b) {
+  return yes ? a : b;
+}
+
+/* Takes a frame where it is good. Returns 1 then; 2 where it is good only because nothing is driven that could jump. */
+static inline int32_t NAMED(take)(const NAMED(controller) * c, const NAMED(frame) * f, NAMED(frame) * last,
+                                  int32_t *age, int32_t idle, int32_t begun, uint32_t *status) {
+  int32_t older = *age <= c->stale_ticks ? *age + 1 : *age, joint, good;
+  int32_t ticks = older <= c->stale_ticks + 1 ? older : c->stale_ticks + 1;
+  int32_t fresh = (f->count - last->count - 1U < 0x7fffffffU) | !begun;
+  int32_t possible = NAMED(is_possible)(c, f), near = NAMED(is_near)(c, f, last, ticks);
+
+  good = fresh & possible & (near | idle);
+  *status |= (uint32_t)(fresh & !possible) * TL_CONTROLLER_IMPOSSIBLE;
+  *status |= (uint32_t)(fresh & possible & !near & !idle) * TL_CONTROLLER_JUMP;
+  for (joint = 0; joint < TL_CONTROLLER_JOINTS; joint++) {
+    last->angle_rad[joint] = NAMED(choose)(good, f->angle_rad[joint], last->angle_rad[joint]);
+    last->speed_rad_s[joint] = NAMED(choose)(good, f->speed_rad_s[joint], last->speed_rad_s[joint]);
+    last->acceleration[joint] = NAMED(choose)(good, f->acceleration[joint], last->acceleration[joint]);
+  }
+  last->count = fresh ? f->count : last->count;
+  *age = good ? 0 : older;
+  return good << !near;
+}
+
+/* a motor that turns moves its angle: the frames in which it did not, while the speed is not small */
+static inline int32_t NAMED(count_still)(const NAMED(joint) * j, int32_t still, REAL before, REAL angle,
+                                         REAL speed, int32_t good, int32_t most) {
+  int32_t stands = (before == angle) & ((speed >= j->frozen_rad_s) | (speed <= -(WIDE)j->frozen_rad_s));
+  int32_t more = still < most ? still + 1 : still;
+
+  return good ? (stands ? more : 0) : still;
+}
+
+/* both frames; 1 where both were good and near */
+static inline int32_t NAMED(receive)(const NAMED(controller) * c, NAMED(state) * s, const NAMED(input) * in,
+                                     uint32_t *status) {
+  int32_t idle = s->level == 0, desired, measured, joint, most = c->stale_ticks + 1;
+  REAL before[TL_CONTROLLER_JOINTS];
+
+  for (joint = 0; joint < TL_CONTROLLER_JOINTS; joint++) before[joint] = s->measured.angle_rad[joint];
+  desired = NAMED(take)(c, &in->desired, &s->desired, &s->desired_age, idle, s->begun & 1, status);
+  measured = NAMED(take)(c, &in->measured, &s->measured, &s->measured_age, idle, s->begun & 2, status);
+  for (joint = 0; joint < TL_CONTROLLER_JOINTS; joint++)
+    s->still[joint] =
+        NAMED(count_still)(&c->joint[joint], s->still[joint], before[joint], s->measured.angle_rad[joint],
+                           s->measured.speed_rad_s[joint], measured != 0, most);
+  s->begun |= (desired != 0) | (measured != 0) << 1;
+  return (desired == 1) & (measured == 1);
+}
+
+/* How much of the torque is let through: it falls by one of decay_ticks each tick while anything is wrong, and rises
+ * again after recover_ticks good frames. */
+static inline REAL NAMED(level)(const NAMED(controller) * c, NAMED(state) * s, int32_t enable, int32_t good,
+                                uint32_t *status) {
+  uint32_t bad =
+      (uint32_t)(s->desired_age > c->stale_ticks) * TL_CONTROLLER_STALE_DESIRED |
+      (uint32_t)(s->measured_age > c->stale_ticks) * TL_CONTROLLER_STALE_MEASURED |
+      (uint32_t)((s->still[0] > c->stale_ticks) | (s->still[1] > c->stale_ticks)) * TL_CONTROLLER_FROZEN |
+      (uint32_t)(enable == 0) * TL_CONTROLLER_STOPPED;
+  int32_t more = s->good < c->recover_ticks ? s->good + 1 : s->good, rises;
+
+  s->good = bad | !good ? 0 : more;
+  rises = (s->good >= c->recover_ticks) & (s->level < c->decay_ticks);
+  s->level += bad ? -(s->level > 0) : rises;
+  *status |= bad | (uint32_t)((bad != 0) & (s->level > 0)) * TL_CONTROLLER_DECAYING |
+             (uint32_t)(s->level == 0) * TL_CONTROLLER_ZERO;
+  return s->level < c->decay_ticks ? NAMED(between)((WIDE)s->level * c->per_level, 0, UNIT_Q30) : UNIT_Q30;
+}
+
+/* ---- limits --------------------------------------------------------------------- */
+
+/* the most that the motor may do at this speed: the highest of the lines, between 0 and the torque limit */
+static inline REAL NAMED(power_limit)(const NAMED(joint) * j, REAL v, uint32_t *saturated) {
+  REAL speed = SIZE(v, saturated);
+  WIDE most = 0, line;
+  int i;
+
+  UNUSED(saturated);
+  for (i = 0; i < TL_POWER_LINES; i++) {
+    line = j->power_Nm[i] - MUL(j->power_slope[i], speed, 22);
+    most = line > most ? line : most;
+  }
+  return NAMED(between)(most, 0, j->torque_limit_Nm);
+}
+
+/* 1 far from the limit that this torque pushes towards, 0 at it and beyond: Q29 times Q22 to Q30 */
+static inline REAL NAMED(room)(const NAMED(joint) * j, REAL torque, REAL q) {
+  int32_t up = (torque > 0) == (j->side > 0);
+  WIDE way = up ? (WIDE)j->high_rad - q : (WIDE)q - j->low_rad;
+  REAL left = NAMED(between)(way, 0, UNIT_Q30); /* 2 rad in Q29, 1 rad in floating point: no fade is longer */
+
+  return NAMED(between)(MUL(left, j->fade_gain, 21), 0, UNIT_Q30);
+}
+
+/* The torque that goes out: torque limit, room, level, then rate and last power: what was sent a tick ago was within the
+ * power of its speed, and power falls slower than the rate for any speed that a frame may bring (tl_controller_prepare
+ * sees to that), so both hold. */
+static inline REAL NAMED(limited)(const NAMED(joint) * j, REAL torque, REAL before, REAL q, REAL v,
+                                  REAL level, uint32_t *status, uint32_t *saturated) {
+  REAL held = NAMED(between)(torque, SAT(-(WIDE)j->torque_limit_Nm), j->torque_limit_Nm), fades, asked, rate,
+       power, most;
+
+  UNUSED(saturated);
+  fades = NAMED(room)(j, held, q);
+  asked = SAT(MUL(SAT(MUL(held, fades, 30)), level, 30));
+  rate = NAMED(between)(asked, SAT((WIDE)before - j->rate_Nm), SAT((WIDE)before + j->rate_Nm));
+  most = NAMED(power_limit)(j, v, saturated);
+  power = NAMED(between)(rate, -most, most);
+  *status |= (uint32_t)(held != torque) * TL_CONTROLLER_TORQUE_LIMIT |
+             (uint32_t)(fades < UNIT_Q30) * TL_CONTROLLER_JOINT_LIMIT |
+             (uint32_t)(rate != asked) * TL_CONTROLLER_RATE_LIMIT |
+             (uint32_t)(power != rate) * TL_CONTROLLER_POWER_LIMIT;
+  return power;
+}
+
+/* The current whose measurement goes with this torque: Q26 times Q20 to Q20. An offset of the measurement fades with the
+ * level, so that zero is zero. */
+static inline REAL NAMED(current)(const NAMED(joint) * j, REAL torque, REAL level, uint32_t *saturated) {
+  WIDE shown = torque + MUL(j->offset_Nm, level, 30);
+  REAL slope, hidden;
+
+  UNUSED(saturated);
+  if (j->droop.n) {
+    hidden = NAMED(curve_at)(&j->droop, SIZE(torque, saturated), &slope, saturated);
+    shown += MUL(torque < 0 ? SAT(-(WIDE)hidden) : hidden, j->droop_scale, 31);
+  }
+  return SAT(MUL(SAT(shown), j->amperes_per_Nm, 26));
+}
+
+/* ---- a tick --------------------------------------------------------------------- */
+
+static inline void NAMED(tick)(const NAMED(controller) * c, NAMED(state) * s, const NAMED(input) * in,
+                               NAMED(output) * out) {
+  uint32_t status = 0, saturated = 0;
+  int32_t good = NAMED(receive)(c, s, in, &status), joint;
+  REAL level = NAMED(level)(c, s, in->enable, good, &status), torque[TL_CONTROLLER_JOINTS];
+
+  NAMED(law)(c, &s->desired, torque, &out->parts, &saturated);
+  for (joint = 0; joint < TL_CONTROLLER_JOINTS; joint++) {
+    const NAMED(joint) *j = &c->joint[joint];
+
+    s->torque_Nm[joint] = NAMED(limited)(j, torque[joint], s->torque_Nm[joint], s->measured.angle_rad[joint],
+                                         s->measured.speed_rad_s[joint], level, &status, &saturated);
+    out->torque_Nm[joint] = s->torque_Nm[joint];
+    out->current_A[joint] = NAMED(current)(j, s->torque_Nm[joint], level, &saturated);
+  }
+  out->status = status | (saturated ? TL_CONTROLLER_SATURATED : 0);
+}
+
+static inline void NAMED(start)(const NAMED(state) * zero, NAMED(state) * s) {
+  /* stale until a frame comes; the age counts no further than stale_ticks + 1 */
+  *s = *zero;
+  s->desired_age = s->measured_age = TL_CONTROLLER_MOST_TICKS;
+}
