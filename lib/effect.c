@@ -219,24 +219,41 @@ double tl_effects_torque(const tl_effect *effect, int n, const tl_model *m, cons
   return sum / tl_torque_ratio(m, joint, now.q);
 }
 
-/* ---- over a stretch -------------------------------------------------------------- */
+/* ---- over a segment -------------------------------------------------------------- */
 
-void tl_effect_columns_along(const tl_effect_kind *kind, int joint, const double *shape,
-                             const tl_effect_stretch *s, int shows, double *column) {
-  double at_once[TL_EFFECT_MAX_STRENGTHS];
-  tl_effect_instant now;
+void tl_effect_instants(const tl_effect_segment *s, int joint, tl_effect_instant *now) {
   tl_motion motion;
   size_t i;
-  int k;
 
-  tl_columns_nothing(column, (size_t)kind->strengths * s->n);
-  if (kind->along) kind->along(s, joint, shape, shows, column);
-  if (!kind->law || shows >= TL_MAX_JOINTS || (joint != shows && joint != TL_MAX_JOINTS)) return;
   for (i = 0; i < s->n; i++) {
     tl_columns_motion(s, i, &motion);
-    tl_effect_instant_of(s->model, &motion, shows, s->t_s[i], s->effort_Nm ? &s->effort_Nm[i] : NULL, &now);
-    tl_effect_columns(kind, shape, &now, at_once);
-    for (k = 0; k < kind->strengths; k++) column[(size_t)k * s->n + i] += at_once[k];
+    tl_effect_instant_of(s->model, &motion, joint, s->t_s[i], s->effort_Nm ? &s->effort_Nm[i] : NULL,
+                         &now[i]);
+  }
+}
+
+/* one shape's columns: where they go, all 0 before */
+static tl_effect_wanted cleared(const tl_effect_wanted *wanted, size_t columns, size_t from, size_t n) {
+  tl_effect_wanted own = *wanted;
+  size_t k;
+  int c;
+
+  for (c = 0; c < TL_EFFECT_CHANNELS; c++) {
+    if (!own.shown[c]) continue;
+    own.shown[c] += from;
+    for (k = 0; k < columns; k++)
+      if (own.strengths >> k & 1u) tl_columns_nothing(own.shown[c] + k * n, n);
+  }
+  return own;
+}
+
+void tl_effect_segment_columns(const tl_effect_kind *kind, int joint, const double *shape, size_t shapes,
+                               tl_effect_prepared *p, const tl_effect_wanted *wanted) {
+  size_t n = p->segment->n, columns = (size_t)kind->strengths, i;
+
+  for (i = 0; i < shapes; i++) {
+    tl_effect_wanted own = cleared(wanted, columns, i * columns * n, n);
+    if (kind->columns && n > 0) kind->columns(p, joint, shape + i * (size_t)kind->shapes, &own);
   }
 }
 
@@ -250,26 +267,24 @@ tl_effect_change tl_effects_change(const tl_effect *effect, int n, int joint) {
   return sum;
 }
 
-/* is there a strength that `along` has a column for? */
-static int anything_along(const tl_effect *e) {
-  int k;
-
-  for (k = 0; k < e->kind->strengths; k++)
-    if (e->value[k] != 0.0) return 1;
-  return 0;
-}
-
-void tl_effects_along(const tl_effect *effect, int n, const tl_effect_stretch *s, int joint, double *column,
-                      double *sum) {
+void tl_effects_segment_torque(const tl_effect *effect, int n, tl_effect_prepared *p, int joint,
+                               double *column, double *sum) {
+  const tl_effect_segment *s = p->segment;
+  tl_effect_wanted wanted;
   size_t i;
   int e, k;
 
   for (e = 0; e < n; e++) {
     const tl_effect_kind *kind = effect[e].kind;
-    if (!kind->along || kind->exact || !anything_along(&effect[e])) continue;
-    kind->along(s, effect[e].joint, effect[e].value + kind->strengths, joint, column);
+    if (!kind->columns || kind->exact) continue;
+    memset(&wanted, 0, sizeof wanted);
+    wanted.shown[joint] = column;
     for (k = 0; k < kind->strengths; k++)
-      for (i = 0; i < s->n && effect[e].value[k] != 0.0; i++)
+      if (effect[e].value[k] != 0.0) wanted.strengths |= 1u << k;
+    if (wanted.strengths == 0) continue;
+    tl_effect_segment_columns(kind, effect[e].joint, effect[e].value + kind->strengths, 1, p, &wanted);
+    for (k = 0; k < kind->strengths; k++)
+      for (i = 0; i < s->n && (wanted.strengths >> k & 1u); i++)
         sum[i] += effect[e].value[k] * column[(size_t)k * s->n + i] /
                   tl_torque_ratio(s->model, joint, s->q[joint][i]);
   }

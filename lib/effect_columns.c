@@ -1,4 +1,4 @@
-/* effect_columns.c: see along.h and link.h. */
+/* effect_columns.c: see effect_columns.h and effect_link.h. */
 #include "effect_columns.h"
 
 #include <math.h>
@@ -9,10 +9,6 @@
 
 #define SMALL 1e-5    /* [rad]: step of the slopes of the inverse dynamics */
 #define FEWEST_ROWS 5 /* of a window of second order */
-
-size_t tl_effect_stretch_work(size_t n) {
-  return 4 * n + tl_reconstruct_workspace(n < TL_WINDOW_MAX_SAMPLES ? n : TL_WINDOW_MAX_SAMPLES);
-}
 
 /* ---- models ------------------------------------------------------------------ */
 
@@ -56,11 +52,17 @@ void tl_columns_nothing(double *column, size_t n) {
   for (i = 0; i < n; i++) column[i] = 0.0;
 }
 
-void tl_columns_copy(double *column, const double *from, size_t n) {
-  memcpy(column, from, n * sizeof *column);
+double *tl_columns_of(const tl_effect_prepared *p, const tl_effect_wanted *wanted, int channel,
+                      int strength) {
+  if (!wanted->shown[channel] || !tl_columns_wants(wanted, 1u << strength)) return NULL;
+  return wanted->shown[channel] + (size_t)strength * p->segment->n;
 }
 
-void tl_columns_motion(const tl_effect_stretch *s, size_t i, tl_motion *now) {
+int tl_columns_wants(const tl_effect_wanted *wanted, unsigned strengths) {
+  return (wanted->strengths & strengths) != 0;
+}
+
+void tl_columns_motion(const tl_effect_segment *s, size_t i, tl_motion *now) {
   int j;
 
   memset(now, 0, sizeof *now);
@@ -72,109 +74,116 @@ void tl_columns_motion(const tl_effect_stretch *s, size_t i, tl_motion *now) {
   }
 }
 
-void tl_columns_plain_torque(const tl_effect_stretch *s, int joint, double *torque) {
-  double at_once[TL_MAX_JOINTS];
-  tl_motion now;
+/* ---- what a displaced joint shows ---------------------------------------------------- */
+
+int tl_columns_sees(int joint, int channel) {
+  return channel >= TL_MAX_JOINTS && (channel == TL_EFFECT_SHOWS_SHANK) == (joint == 0);
+}
+
+void tl_columns_add_shift(tl_effect_prepared *p, int moved, double *const *shift, int joint, double *column) {
+  double *const *slope = tl_columns_slopes(p, moved, joint);
   size_t i;
 
-  for (i = 0; i < s->n; i++) {
-    tl_columns_motion(s, i, &now);
-    tl_inverse(s->model, &now, at_once);
-    tl_joint_torque(s->model, now.q, at_once, at_once);
-    torque[i] = at_once[joint];
+  for (i = 0; i < p->segment->n; i++)
+    column[i] += slope[0][i] * shift[0][i] + slope[1][i] * shift[1][i] + slope[2][i] * shift[2][i];
+}
+
+/* where an angle between joint and motor is seen */
+static void add_seen(const tl_effect_prepared *p, int joint, const double *angle, int strength,
+                     const tl_effect_wanted *wanted) {
+  double *column;
+  size_t i;
+  int c;
+
+  for (c = TL_MAX_JOINTS; c < TL_EFFECT_CHANNELS; c++) {
+    column = tl_columns_sees(joint, c) ? tl_columns_of(p, wanted, c, strength) : NULL;
+    for (i = 0; column && i < p->segment->n; i++) column[i] += angle[i];
   }
 }
 
-void tl_columns_load(const tl_effect_stretch *s, const tl_model *link, int joint, double *load) {
-  tl_effect_stretch of_link = *s;
+void tl_columns_displaced(tl_effect_prepared *p, int joint, double *const *shift, int strength,
+                          const tl_effect_wanted *wanted) {
+  double *column;
+  int j;
 
-  of_link.model = link;
-  tl_columns_plain_torque(&of_link, joint, load);
+  for (j = 0; j < tl_joint_count(p->segment->model); j++)
+    if ((column = tl_columns_of(p, wanted, j, strength))) tl_columns_add_shift(p, joint, shift, j, column);
+  add_seen(p, joint, shift[0], strength, wanted);
 }
 
-/* ---- slopes of the inverse dynamics ---------------------------------------------- */
-
-static double torque_beside(const tl_model *m, const tl_motion *now, int moved, const double d[3],
-                            double step, int shows) {
+/* change of every joint's torque by a shift d of one */
+static void slopes_along(const tl_model *m, const tl_motion *now, int moved, const double d[3],
+                         double slope[TL_MAX_JOINTS]) {
+  double size = fabs(d[0]) + 0.1 * fabs(d[1]), step = size > SMALL ? SMALL / size : 1.0;
+  double more[TL_MAX_JOINTS], less[TL_MAX_JOINTS];
   tl_motion beside = *now;
-  double torque[TL_MAX_JOINTS];
+  int j;
 
   beside.q[moved] += step * d[0];
   beside.v[moved] += step * d[1];
   beside.a[moved] += step * d[2];
-  tl_inverse(m, &beside, torque);
-  return torque[shows];
+  tl_inverse(m, &beside, more);
+  beside.q[moved] = now->q[moved] - step * d[0];
+  beside.v[moved] = now->v[moved] - step * d[1];
+  beside.a[moved] = now->a[moved] - step * d[2];
+  tl_inverse(m, &beside, less);
+  for (j = 0; j < tl_joint_count(m); j++) slope[j] = (more[j] - less[j]) * (0.5 / step);
 }
 
-/* change of a joint's torque by a shift d of a joint */
-static double slope_of(const tl_model *m, const tl_motion *now, int moved, const double d[3], double step,
-                       int shows) {
-  double more = torque_beside(m, now, moved, d, step, shows),
-         less = torque_beside(m, now, moved, d, -step, shows);
-
-  return (more - less) * (0.5 / step);
-}
-
-void tl_columns_shift(const tl_effect_stretch *s, const tl_model *m, int moved, double *const *shift,
-                      int shows, double *column) {
-  double ratio[TL_MAX_JOINTS], unit[TL_MAX_JOINTS] = {1.0, 1.0};
+void tl_columns_displaced_whole(tl_effect_prepared *p, int joint, double *const *shift, int strength,
+                                const tl_effect_wanted *wanted) {
+  const tl_effect_segment *s = p->segment;
+  double slope[TL_MAX_JOINTS], *column;
   tl_motion now;
   size_t i;
+  int j;
 
   for (i = 0; i < s->n; i++) {
     const double d[3] = {shift[0][i], shift[1][i], shift[2][i]};
-    double size = fabs(d[0]) + 0.1 * fabs(d[1]), step = size > SMALL ? SMALL / size : 1.0;
     tl_columns_motion(s, i, &now);
-    tl_joint_torque(m, now.q, unit, ratio);
-    column[i] = slope_of(m, &now, moved, d, step, shows) * ratio[shows];
+    slopes_along(s->model, &now, joint, d, slope);
+    tl_joint_torque(s->model, now.q, slope, slope);
+    for (j = 0; j < tl_joint_count(s->model); j++)
+      if ((column = tl_columns_of(p, wanted, j, strength))) column[i] += slope[j];
   }
-}
-
-int tl_columns_sees(int joint, int shows) {
-  return shows >= TL_MAX_JOINTS && (shows == TL_EFFECT_SHOWS_SHANK) == (joint == 0);
-}
-
-void tl_columns_displaced(const tl_effect_stretch *s, const tl_model *link, int joint, double *const *shift,
-                          int shows, double *column) {
-  tl_columns_nothing(column, s->n);
-  if (shows < TL_MAX_JOINTS)
-    tl_columns_shift(s, link, joint, shift, shows, column);
-  else if (tl_columns_sees(joint, shows))
-    tl_columns_copy(column, shift[0], s->n);
+  add_seen(p, joint, shift[0], strength, wanted);
 }
 
 /* Rates of shift[0] over rows [begin, end) as the window gives them, if it reaches. */
-static void piece_as_recorded(const tl_effect_stretch *s, int joint, double *const shift[4], size_t begin,
+static void piece_as_recorded(const tl_effect_prepared *p, int joint, double *const shift[4], size_t begin,
                               size_t end, int edges) {
+  const tl_effect_segment *s = p->segment;
   size_t room = s->n < TL_WINDOW_MAX_SAMPLES ? s->n : TL_WINDOW_MAX_SAMPLES;
   tl_status status;
 
   if (end < begin + FEWEST_ROWS) return;
   status = tl_reconstruct_piece(s->window[joint], s->t_s + begin, shift[0] + begin, end - begin, edges, NULL,
-                                shift[1] + begin, shift[2] + begin, s->work + 4 * s->n,
+                                shift[1] + begin, shift[2] + begin, p->work + 4 * s->n,
                                 tl_reconstruct_workspace(room));
   (void)status; /* too short for a window: the exact rates stand */
 }
 
 /* A fast wave moves the motor against it: what is left of both is small beside each, and comes out right only if both
  * lose the same to the window, between the same stops. */
-static void as_recorded(const tl_effect_stretch *s, int joint, double *const shift[4]) {
+static void as_recorded(const tl_effect_prepared *p, int joint, double *const shift[4]) {
+  const tl_effect_segment *s = p->segment;
   size_t begin = 0, k;
 
   if (!s->window[joint]) return;
   for (k = 0; k < s->stops[joint]; k++) {
     const tl_stop *stop = &s->stop[joint][k];
     if (stop->before != TL_NO_ROW)
-      piece_as_recorded(s, joint, shift, begin, stop->before + 1,
+      piece_as_recorded(p, joint, shift, begin, stop->before + 1,
                         tl_edges_of_piece(k ? stop - 1 : NULL, stop, s->t_s));
     if (stop->after == TL_NO_ROW) return;
     begin = stop->after;
   }
-  piece_as_recorded(s, joint, shift, begin, s->n,
+  piece_as_recorded(p, joint, shift, begin, s->n,
                     tl_edges_of_piece(k ? &s->stop[joint][k - 1] : NULL, NULL, s->t_s));
 }
 
-void tl_columns_wave(const tl_effect_stretch *s, int joint, double order, int k, double *const shift[4]) {
+void tl_columns_wave(const tl_effect_prepared *p, int joint, double order, int k, double *const shift[4]) {
+  const tl_effect_segment *s = p->segment;
   const tl_transmission *t = &s->model->drive[joint].transmission;
   double motor, ratio, slope, wave[2], v, a;
   size_t i;
@@ -190,14 +199,14 @@ void tl_columns_wave(const tl_effect_stretch *s, int joint, double order, int k,
     shift[2][i] = (k == 0 ? wave[1] : -wave[0]) * a - wave[k] * v * v;
     shift[3][i] = ratio;
   }
-  as_recorded(s, joint, shift);
+  as_recorded(p, joint, shift);
 }
 
-void tl_columns_bridge(const tl_effect_stretch *s, int joint, double *column) {
+void tl_columns_bridge(const tl_effect_segment *s, int joint, double *column) {
   tl_bridge_stops(s->stop[joint], s->stops[joint], s->t_s, s->n, column);
 }
 
-void tl_columns_rates(const tl_effect_stretch *s, double *const *shift) {
+void tl_columns_rates(const tl_effect_segment *s, double *const *shift) {
   const double *x = shift[0], *t = s->t_s;
   size_t i;
 
@@ -213,18 +222,57 @@ void tl_columns_rates(const tl_effect_stretch *s, double *const *shift) {
 
 /* ---- a spring under a load --------------------------------------------------------- */
 
-/* The particular solution of a straight load is straight too, and what is left swings and decays: exact for any h. */
-void tl_columns_swing(const tl_columns_spring *p, double from, double to, double h, double *x, double *v) {
-  double w = sqrt(p->stiffness / p->inertia), decay = 0.5 * p->damping / p->inertia;
-  double rate = -(to - from) / (h * p->stiffness), lag = rate * p->damping / p->stiffness;
-  double end = -to / p->stiffness - lag, swing, a, b, sine, cosine, gone;
+tl_columns_swing tl_columns_swing_of(tl_columns_spring spring) {
+  tl_columns_swing w;
+  double fastest =
+      0.999 * sqrt(spring.stiffness / spring.inertia); /* beyond, it creeps faster than rows follow */
 
-  decay = decay < 0.999 * w ? decay : 0.999 * w; /* beyond, it creeps faster than rows follow */
-  swing = sqrt(w * w - decay * decay);
-  a = *x + from / p->stiffness + lag;
-  b = (*v - rate + decay * a) / swing;
+  memset(&w, 0, sizeof w);
+  w.spring = spring;
+  w.decay = 0.5 * spring.damping / spring.inertia;
+  if (w.decay > fastest) w.decay = fastest;
+  w.w2 = spring.stiffness / spring.inertia;
+  return w;
+}
+
+/* the free motion over h, exactly */
+static void set_base(tl_columns_swing *w, double h) {
+  double swing = sqrt(w->w2 - w->decay * w->decay), sine, cosine, gone = tl_exp(-w->decay * h);
+
   tl_sincos(swing * h, &sine, &cosine);
-  gone = tl_exp(-decay * h);
-  *x = end + gone * (a * cosine + b * sine);
-  *v = rate + gone * ((b * swing - decay * a) * cosine - (a * swing + decay * b) * sine);
+  sine *= gone / swing;
+  cosine *= gone;
+  w->base_s = h;
+  w->turned[0][0] = cosine + w->decay * sine;
+  w->turned[0][1] = sine;
+  w->turned[1][0] = -w->w2 * sine;
+  w->turned[1][1] = cosine - w->decay * sine;
+}
+
+/* Free motion over h from (x, v): over base_s, and over the rest d by the series of exp(A d), whose powers are
+ * A^2 = -2 decay A - w^2 and so on; what it leaves out is below 1e-9 of the state. */
+static void swing_freely(tl_columns_swing *w, double h, double *x, double *v) {
+  double d = h - w->base_s, p = 2.0 * w->decay, q = w->w2, own, rate, a, b;
+
+  if (!(d * d * q < 1e-3)) {
+    set_base(w, h);
+    d = 0.0;
+  }
+  a = 1.0 - d * d * q * (0.5 - d * (p / 6.0 + d * (q - p * p) / 24.0));
+  b = d * (1.0 - d * (0.5 * p - d * ((p * p - q) / 6.0 + d * p * (2.0 * q - p * p) / 24.0)));
+  own = a * *x + b * *v;
+  rate = a * *v - b * (q * *x + p * *v);
+  *x = w->turned[0][0] * own + w->turned[0][1] * rate;
+  *v = w->turned[1][0] * own + w->turned[1][1] * rate;
+}
+
+/* The particular solution of a straight load is straight too, and what is left swings and decays: exact for any h. */
+void tl_columns_swing_on(tl_columns_swing *w, double from, double to, double h, double *x, double *v) {
+  double k = w->spring.stiffness, rate = -(to - from) / (h * k), lag = rate * w->spring.damping / k;
+
+  *x += from / k + lag;
+  *v -= rate;
+  swing_freely(w, h, x, v);
+  *x -= to / k + lag;
+  *v += rate;
 }

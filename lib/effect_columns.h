@@ -8,29 +8,41 @@
 #include "effect_link.h"
 
 void tl_columns_nothing(double *column, size_t n);
-void tl_columns_copy(double *column, const double *from, size_t n);
+/* where a strength's column of a channel goes; NULL: it is not asked for */
+double *tl_columns_of(const tl_effect_prepared *p, const tl_effect_wanted *wanted, int channel, int strength);
+/* is one of these strengths (a set of 1 << k) asked for? */
+int tl_columns_wants(const tl_effect_wanted *wanted, unsigned strengths);
 /* the motion at a row */
-void tl_columns_motion(const tl_effect_stretch *s, size_t i, tl_motion *now);
-/* the plain model's torque at a joint [N m], friction and all */
-void tl_columns_plain_torque(const tl_effect_stretch *s, int joint, double *torque);
-/* the torque that `link`, a model without friction, takes at a joint */
-void tl_columns_load(const tl_effect_stretch *s, const tl_model *link, int joint, double *load);
-/* What a joint's torque (`shows`) changes by, per unit, when joint `moved` of model m moves by shift[0]
- * with the rates shift[1] and shift[2]: the slope of the inverse dynamics. */
-void tl_columns_shift(const tl_effect_stretch *s, const tl_model *m, int moved, double *const *shift,
-                      int shows, double *column);
+void tl_columns_motion(const tl_effect_segment *s, size_t i, tl_motion *now);
+
+/* What a segment's columns share, made when it is first asked for. */
+/* the torque that the bare model takes at a joint, n rows */
+const double *tl_columns_load(tl_effect_prepared *p, int joint);
+/* slopes of a joint's bare torque by angle, speed and acceleration of another (or itself), three arrays of n rows */
+double *const *tl_columns_slopes(tl_effect_prepared *p, int moved, int joint);
+/* the plain model's torque as its motor's current shows it, through short stops; p->ratio[joint] is then ready, too */
+const double *tl_columns_motor_torque(tl_effect_prepared *p, int joint);
+/* The mount's forces and lever arms: [0], [1] force of both links' inertia to the front and upwards; [2], [3] moment
+ * of the shank, [4], [5] of the foot [kg m], each times the sine and the cosine of its absolute angle. */
+double *const *tl_columns_mount(tl_effect_prepared *p);
+
 /* sin (k = 0) or cos (k = 1) of `order` times the motor's angle of a joint in shift[0], its rates in shift[1] and
  * shift[2], and the joint's ratio in shift[3] */
-void tl_columns_wave(const tl_effect_stretch *s, int joint, double order, int k, double *const shift[4]);
+void tl_columns_wave(const tl_effect_prepared *p, int joint, double order, int k, double *const shift[4]);
 /* does this pair of sensors see the angle between a joint and its motor? */
-int tl_columns_sees(int joint, int shows);
-/* What shows when the joint of `link` stands shift[0] (rates shift[1], shift[2]) ahead of where its motor says. */
-void tl_columns_displaced(const tl_effect_stretch *s, const tl_model *link, int joint, double *const *shift,
-                          int shows, double *column);
+int tl_columns_sees(int joint, int channel);
+/* What shows when a joint stands shift[0] (rates shift[1], shift[2]) ahead of where its motor says: the joint of the bare
+ * model, or of the segment's with its friction and rotor. */
+void tl_columns_displaced(tl_effect_prepared *p, int joint, double *const *shift, int strength,
+                          const tl_effect_wanted *wanted);
+void tl_columns_displaced_whole(tl_effect_prepared *p, int joint, double *const *shift, int strength,
+                                const tl_effect_wanted *wanted);
+/* what a joint's torque changes by when another stands shift[0] (rates shift[1], shift[2]) ahead: added to column */
+void tl_columns_add_shift(tl_effect_prepared *p, int moved, double *const *shift, int joint, double *column);
 /* a column of a joint's torque through its short stops */
-void tl_columns_bridge(const tl_effect_stretch *s, int joint, double *column);
+void tl_columns_bridge(const tl_effect_segment *s, int joint, double *column);
 /* rates of shift[0] in shift[1] and shift[2], by differences */
-void tl_columns_rates(const tl_effect_stretch *s, double *const *shift);
+void tl_columns_rates(const tl_effect_segment *s, double *const *shift);
 /* What a joint shows beyond a spring with a gap, driven by its motor's recorded motion, with no gap: elasticity. */
 typedef struct tl_flexible_joint {
   double stiffness_Nm_rad, gap_rad, damping_s;
@@ -39,13 +51,20 @@ typedef struct tl_flexible_joint {
   double motor_share; /* of the joint's own inertia that turns with its motor */
   double soft_rad, soft_share, hardening_Nm_rad3, drag_Nm; /* as in tl_two_mass */
 } tl_flexible_joint;
-void tl_columns_link(const tl_effect_stretch *s, const tl_flexible_joint *p, int joint, int shows,
-                     double *column);
+void tl_columns_link(tl_effect_prepared *p, const tl_flexible_joint *link, int joint,
+                     const tl_effect_wanted *wanted);
 /* What swings on a spring under minus a load: I x'' + d x' + k x = -load. */
 typedef struct tl_columns_spring {
   double inertia, stiffness, damping;
 } tl_columns_spring;
+/* Its free motion over nearly equal steps: exact over base_s, and a series for what a step differs from it. */
+typedef struct tl_columns_swing {
+  tl_columns_spring spring;
+  double decay, w2;            /* of its exponential; square of its undamped frequency */
+  double base_s, turned[2][2]; /* the state (x, v) after base_s of free motion */
+} tl_columns_swing;
+tl_columns_swing tl_columns_swing_of(tl_columns_spring spring);
 /* from x, v over h while the load goes straight from one value to another */
-void tl_columns_swing(const tl_columns_spring *p, double from, double to, double h, double *x, double *v);
+void tl_columns_swing_on(tl_columns_swing *w, double from, double to, double h, double *x, double *v);
 
 #endif

@@ -1,33 +1,61 @@
-/* effect_flexible_joint.c: what a joint shows beyond a spring and a gap; see along.h. */
+/* effect_flexible_joint.c: what a joint shows beyond a spring and a gap; see effect_columns.h. */
 #include "effect_columns.h"
 
+#include <math.h>
 #include <string.h>
 
 #include "talus/experimental/hysteresis.h"
 
-static double mean_step_s(const tl_effect_stretch *s) {
+#define LEAST_SHARE                                                                                          \
+  0.05 /* of a joint's inertia that stays with its link, whatever a fit says of its motor's part */
+
+static double mean_step_s(const tl_effect_segment *s) {
   return s->n > 1 ? (s->t_s[s->n - 1] - s->t_s[0]) / (double)(s->n - 1) : 1.0;
 }
 
-/* the link with the leg straight: it changes little with the pose, and what it changes by is not its own swing */
-static tl_two_mass link_of(const tl_effect_stretch *s, const tl_model *bare, const tl_flexible_joint *p,
-                           int joint) {
+static double straight_inertia(const tl_model *m, int joint) {
   static const double straight[TL_MAX_JOINTS] = {0.0, 0.0};
   double matrix[TL_MAX_JOINTS * TL_MAX_JOINTS] = {0.0};
+
+  tl_inertia_matrix(m, straight, matrix);
+  return matrix[joint * tl_joint_count(m) + joint];
+}
+
+/* With the leg straight: it changes little with the pose, and what it changes by is not its own swing. What of the joint's
+ * inertia turns with its motor goes to *turning. */
+static double link_inertia(const tl_effect_prepared *p, int joint, double motor_share, double *turning) {
+  double whole = straight_inertia(&p->bare, joint);
+  tl_model beyond = p->bare;
+
+  tl_take_motor(&beyond, joint, motor_share);
+  *turning = whole - straight_inertia(&beyond, joint);
+  if (p->segment->link_inertia_kg_m2[joint] > 0.0) whole = p->segment->link_inertia_kg_m2[joint];
+  return whole - *turning > LEAST_SHARE * whole ? whole - *turning : LEAST_SHARE * whole;
+}
+
+double tl_effect_link_rad_s(const tl_effect_prepared *p, int joint, double motor_share,
+                            double stiffness_Nm_rad) {
+  double turning;
+
+  return sqrt(stiffness_Nm_rad / link_inertia(p, joint, motor_share, &turning));
+}
+
+static tl_two_mass link_of(const tl_effect_prepared *p, const tl_flexible_joint *f, int joint,
+                           double *turning) {
+  const tl_effect_segment *s = p->segment;
   tl_two_mass link;
 
   memset(&link, 0, sizeof link);
-  tl_inertia_matrix(bare, straight, matrix);
-  link.inertia_kg_m2 = matrix[joint * tl_joint_count(bare) + joint];
-  link.stiffness_Nm_rad = p->stiffness_Nm_rad;
-  link.gap_rad = p->gap_rad;
-  link.soft_rad = p->soft_rad;
-  link.soft_share = p->soft_share;
-  link.hardening_Nm_rad3 = p->hardening_Nm_rad3;
-  link.drag_Nm = p->drag_Nm;
-  link.damping_s = p->damping_s;
-  link.friction_share = p->friction_share;
-  link.viscous_share = p->viscous_share;
+  link.inertia_kg_m2 = link_inertia(p, joint, f->motor_share, turning);
+  link.stiffness_Nm_rad = f->stiffness_Nm_rad;
+  link.gap_rad = f->gap_rad;
+  link.soft_rad = f->soft_rad;
+  link.soft_share = f->soft_share;
+  link.hardening_Nm_rad3 = f->hardening_Nm_rad3;
+  link.drag_Nm = f->drag_Nm;
+  link.damping_s = f->damping_s;
+  link.friction_share = f->friction_share;
+  link.viscous_share = f->viscous_share;
   link.coulomb_Nm = s->model->drive[joint].coulomb_Nm;
   link.viscous_Nms_rad = s->model->drive[joint].viscous_Nms_rad;
   link.settle_s = TL_TWO_MASS_SETTLE_S;
@@ -35,38 +63,51 @@ static tl_two_mass link_of(const tl_effect_stretch *s, const tl_model *bare, con
   return link;
 }
 
-/* the torque of a rigid link, from its load, and its share of the friction */
-static double rigid_torque(const tl_effect_stretch *s, const tl_flexible_joint *p, int joint, double load,
-                           size_t i) {
+/* the spring's torque less that of a rigid link: its load, and its share of the friction */
+static void add_own_torque(const tl_effect_prepared *p, const tl_flexible_joint *f, int joint, double turning,
+                           const double *torque, double *column) {
+  const tl_effect_segment *s = p->segment;
   const tl_drive *d = &s->model->drive[joint];
-
-  return load + p->friction_share * d->coulomb_Nm * s->slip[joint][i] +
-         p->viscous_share * d->viscous_Nms_rad * s->v[joint][i];
-}
-
-void tl_columns_link(const tl_effect_stretch *s, const tl_flexible_joint *p, int joint, int shows,
-                     double *column) {
-  double *shift[3] = {s->work, s->work + s->n, s->work + 2 * s->n}, *other = shift[1],
-         *load = s->work + 3 * s->n;
-  tl_two_mass_motion motion = {shift[0], shift[2], column};
-  tl_model bare = tl_effect_bare_model(s->model);
-  tl_two_mass link;
+  double dry = f->friction_share * d->coulomb_Nm, viscous = f->viscous_share * d->viscous_Nms_rad;
   size_t i;
 
-  tl_columns_nothing(column, s->n);
-  if (s->n == 0 || (shows >= TL_MAX_JOINTS && !tl_columns_sees(joint, shows))) return;
-  tl_take_motor(&bare, joint, p->motor_share);
-  link = link_of(s, &bare, p, joint);
-  tl_columns_load(s, &bare, joint, load);
-  for (i = 0; i < s->n; i++) other[i] = load[i] - link.inertia_kg_m2 * s->a[joint][i];
+  for (i = 0; i < s->n; i++)
+    column[i] += torque[i] - (p->load_Nm[joint][i] - turning * s->a[joint][i] + dry * s->slip[joint][i] +
+                              viscous * s->v[joint][i]);
+}
+
+/* what the other joint feels of a link that stands `angle` ahead and accelerates by itself */
+static void add_other_torque(tl_effect_prepared *p, int joint, double *const shift[3], double *acceleration,
+                             int other, double *column) {
+  double *const moved[3] = {shift[0], shift[1], acceleration};
+  size_t i;
+
+  tl_columns_rates(p->segment, shift);
+  for (i = 0; i < p->segment->n; i++) acceleration[i] -= p->segment->a[joint][i];
+  tl_columns_add_shift(p, joint, moved, other, column);
+}
+
+void tl_columns_link(tl_effect_prepared *p, const tl_flexible_joint *f, int joint,
+                     const tl_effect_wanted *wanted) {
+  const tl_effect_segment *s = p->segment;
+  double *angle = p->work, *torque = angle + s->n, *other = torque + s->n, *acceleration = other + s->n;
+  double *const shift[3] = {angle, torque, other}; /* torque and other are not needed any more, then */
+  const double *load = tl_columns_load(p, joint);
+  tl_two_mass_motion motion = {angle, torque, acceleration};
+  double turning, *column;
+  tl_two_mass link = link_of(p, f, joint, &turning);
+  size_t i;
+  int c;
+
+  if (!(link.inertia_kg_m2 > 0.0)) return;
+  for (i = 0; i < s->n; i++) other[i] = load[i] - (turning + link.inertia_kg_m2) * s->a[joint][i];
   tl_two_mass_along(&link, s->t_s, s->q[joint], s->v[joint], other, s->n, &motion);
-  if (shows >= TL_MAX_JOINTS) {
-    tl_columns_copy(column, shift[0], s->n);
-  } else if (shows == joint) {
-    for (i = 0; i < s->n; i++) column[i] = shift[2][i] - rigid_torque(s, p, joint, load[i], i);
-  } else {
-    tl_columns_rates(s, shift);
-    for (i = 0; i < s->n; i++) shift[2][i] = column[i] - s->a[joint][i];
-    tl_columns_shift(s, &bare, joint, shift, shows, column);
+  for (c = TL_MAX_JOINTS; c < TL_EFFECT_CHANNELS; c++) {
+    column = tl_columns_sees(joint, c) ? tl_columns_of(p, wanted, c, 0) : NULL;
+    if (column) memcpy(column, angle, s->n * sizeof *column);
   }
+  if ((column = tl_columns_of(p, wanted, joint, 0))) add_own_torque(p, f, joint, turning, torque, column);
+  for (c = 0; c < tl_joint_count(s->model); c++)
+    if (c != joint && (column = tl_columns_of(p, wanted, c, 0)))
+      add_other_torque(p, joint, shift, acceleration, c, column);
 }

@@ -184,15 +184,3 @@ void tl_two_mass_along(const tl_two_mass *link, const double *t_s, const double 
   out->torque_Nm[k] = 2.0 * before.torque / count;
   out->link_rad_s2[k] = before_s > 0.0 ? 2.0 * before.speed / before_s : 0.0;
 }
-
-void tl_filter_second_order(const double b[3], const double a[3], const double *x, size_t n, double *y) {
-  double last[2] = {0.0, 0.0}; /* direct form II, transposed */
-  size_t k;
-
-  for (k = 0; k < n; k++) {
-    double in = x[k], out = (b[0] * in + last[0]) / a[0];
-    last[0] = b[1] * in - a[1] * out + last[1];
-    last[1] = b[2] * in - a[2] * out;
-    y[k] = out;
-  }
-}

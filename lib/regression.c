@@ -88,8 +88,8 @@ double tl_regression_margin_s(const tl_regression *r) {
 }
 
 /* of the kinematics, or of the effects over a block: columns, their sum, and their own work */
-static size_t block_work(size_t capacity) {
-  size_t effects = (TL_EFFECT_MAX_STRENGTHS + 1) * capacity + tl_effect_stretch_work(capacity);
+static size_t block_work(int joints, size_t capacity) {
+  size_t effects = (TL_EFFECT_MAX_STRENGTHS + 1) * capacity + tl_effect_prepared_memory(joints, capacity);
   size_t kinematics = tl_kinematics_workspace(capacity);
 
   return effects > kinematics ? effects : kinematics;
@@ -99,7 +99,7 @@ size_t tl_regression_memory(const tl_regression *r, size_t capacity, size_t grid
   size_t joints = (size_t)tl_joint_count(&r->model);
 
   return tl_track_memory((int)joints, capacity) + joints * RAW_COLUMNS * (capacity + grid) + grid +
-         block_work(capacity);
+         block_work((int)joints, capacity);
 }
 
 void tl_regression_space_init(tl_regression_space *space, const tl_regression *r, size_t capacity,
@@ -123,7 +123,7 @@ void tl_regression_space_init(tl_regression_space *space, const tl_regression *r
     memory += RAW_COLUMNS * grid;
   }
   space->work = memory;
-  space->work_n = grid + block_work(capacity);
+  space->work_n = grid + block_work(joints, capacity);
 }
 
 /* ---- at the recording's rows -------------------------------------------- */
@@ -215,16 +215,11 @@ static void regressor_rows(const tl_regression *r, const tl_block *block, tl_reg
   }
 }
 
-/* effects that look along the motion, into what is known of a joint */
-static void effects_along(const tl_regression *r, const tl_block *block, int joint,
-                          tl_regression_space *space) {
-  const tl_track *track = &space->track;
-  double *sum = space->work, *column = sum + block->n, *known;
-  tl_effect_stretch s;
-  size_t i;
+/* the block's motion, as effects with a memory look at it */
+static tl_effect_segment segment_of(const tl_regression *r, const tl_block *block, const tl_track *track) {
+  tl_effect_segment s;
   int j;
 
-  if (r->effects == 0) return;
   memset(&s, 0, sizeof s);
   s.model = &r->model;
   s.n = block->n;
@@ -238,11 +233,25 @@ static void effects_along(const tl_regression *r, const tl_block *block, int joi
     s.stops[j] = track->stops[j];
     if (!r->sensing[j].across) s.window[j] = &r->sensing[j].window;
   }
-  s.work = column + TL_EFFECT_MAX_STRENGTHS * block->n;
-  for (i = 0; i < block->n; i++) sum[i] = 0.0;
-  tl_effects_along(r->effect, r->effects, &s, joint, column, sum);
-  known = space->raw[joint] + (size_t)KNOWN(space->rows[joint].columns) * space->capacity;
-  for (i = 0; i < block->n; i++) known[i] += sum[i];
+  return s;
+}
+
+/* effects that are no law of the instant, into what is known of each joint */
+static void effects_over(const tl_regression *r, const tl_block *block, tl_regression_space *space) {
+  double *sum = space->work, *column = sum + block->n, *known;
+  tl_effect_segment s = segment_of(r, block, &space->track);
+  tl_effect_prepared prepared;
+  size_t i;
+  int j;
+
+  if (r->effects == 0) return;
+  tl_effect_prepare(&prepared, &s, column + TL_EFFECT_MAX_STRENGTHS * block->n);
+  for (j = 0; j < tl_joint_count(&r->model); j++) {
+    for (i = 0; i < block->n; i++) sum[i] = 0.0;
+    tl_effects_segment_torque(r->effect, r->effects, &prepared, j, column, sum);
+    known = space->raw[j] + (size_t)KNOWN(space->rows[j].columns) * space->capacity;
+    for (i = 0; i < block->n; i++) known[i] += sum[i];
+  }
 }
 
 /* a joint's columns, and what is known, as they were `delay_s` ago */
@@ -271,6 +280,16 @@ static void bridge_stops(const tl_regression *r, const tl_block *block, int join
                     space->raw[joint] + (size_t)c * space->capacity);
 }
 
+void tl_regression_columns(const tl_regression *r, const tl_effect_segment *s, int joint, double begin_s,
+                           double *column, size_t columns, double *out, size_t grid) {
+  size_t c;
+
+  for (c = 0; c < columns && joint >= 0 && r->layout.position[joint] != TL_CHANNEL_COUNT; c++)
+    tl_bridge_stops(s->stop[joint], s->stops[joint], s->t_s, s->n, column + c * s->n);
+  tl_grid_resample_batch(s->t_s, column, s->n, columns, begin_s, r->step_s, out, grid);
+  tl_lowpass_zero_phase_batch(&r->lowpass, out, grid, columns);
+}
+
 /* What was measured; with a sensor at the output that is the load, and the model's torque
  * counts against the drive's: load = effort - (row base + known). */
 static void measured_rows(const tl_regression *r, const tl_block *block, int joint,
@@ -297,8 +316,8 @@ tl_status tl_regression_motion(const tl_regression *r, const tl_block *block, tl
   status = tl_kinematics(&r->model, &r->layout, r->sensing, block, space->work, space->work_n, &space->track);
   if (status != TL_OK) return status;
   regressor_rows(r, block, space);
+  effects_over(r, block, space);
   for (j = 0; j < tl_joint_count(&r->model); j++) {
-    effects_along(r, block, j, space);
     bridge_stops(r, block, j, space);
     /* a current sampled late shows the torque of an earlier instant */
     if (r->layout.load == TL_CHANNEL_COUNT) delay_rows(block, j, r->delay_s[j], space);

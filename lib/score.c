@@ -76,21 +76,31 @@ size_t tl_grid_count(double begin_s, double end_s, double step_s) {
   return (size_t)(whole < steps ? whole + 1.0 : whole);
 }
 
-void tl_grid_resample(const double *t_s, const double *x, size_t n, double begin_s, double step_s,
-                      double *out, size_t m) {
-  size_t k, i = 0;
+void tl_grid_resample_batch(const double *t_s, const double *x, size_t n, size_t series, double begin_s,
+                            double step_s, double *out, size_t m) {
+  size_t k, c, i = 0;
 
   for (k = 0; k < m; k++) {
-    double at = begin_s + (double)k * step_s;
+    double at = begin_s + (double)k * step_s, step, ahead;
+    size_t end = at <= t_s[0] || n < 2 ? 0 : n - 1;
 
     while (i + 2 < n && t_s[i + 1] <= at) i++;
-    if (at <= t_s[0] || n < 2)
-      out[k] = x[0];
-    else if (at >= t_s[n - 1])
-      out[k] = x[n - 1];
-    else
-      out[k] = x[i] + (x[i + 1] - x[i]) / (t_s[i + 1] - t_s[i]) * (at - t_s[i]);
+    if (end == 0 || at >= t_s[n - 1]) {
+      for (c = 0; c < series; c++) out[c * m + k] = x[c * n + end];
+      continue;
+    }
+    step = t_s[i + 1] - t_s[i];
+    ahead = at - t_s[i];
+    for (c = 0; c < series; c++) {
+      const double *row = x + c * n + i;
+      out[c * m + k] = row[0] + (row[1] - row[0]) / step * ahead;
+    }
   }
+}
+
+void tl_grid_resample(const double *t_s, const double *x, size_t n, double begin_s, double step_s,
+                      double *out, size_t m) {
+  tl_grid_resample_batch(t_s, x, n, 1, begin_s, step_s, out, m);
 }
 
 void tl_score_keep(const tl_score_settings *s, const double *speed, size_t m, double step_s, uint8_t *keep) {

@@ -155,3 +155,24 @@ void tl_transmission_error(const tl_transmission *approx, const tl_transmission 
   *motor_rad = worst_motor;
   *ratio_relative = worst_ratio;
 }
+
+void tl_transmission_motor_angles(const tl_transmission *t, const double *joint_rad, size_t n,
+                                  double *motor_rad) {
+  size_t i;
+
+  for (i = 0; i < n; i++) motor_rad[i] = tl_transmission_motor_angle(t, joint_rad[i]);
+}
+
+void tl_transmission_joint_angles(const tl_transmission *t, const double *motor_rad, size_t n,
+                                  double *joint_rad) {
+  size_t i;
+
+  for (i = 0; i < n; i++) joint_rad[i] = tl_transmission_joint_angle(t, motor_rad[i]);
+}
+
+void tl_transmission_ratios(const tl_transmission *t, const double *joint_rad, size_t n, double *ratio) {
+  double slope;
+  size_t i;
+
+  for (i = 0; i < n; i++) tl_transmission_ratio(t, joint_rad[i], &ratio[i], &slope);
+}

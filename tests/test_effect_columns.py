@@ -3,8 +3,10 @@
 import numpy as np
 import pytest
 import talus
+from scipy.linalg import expm
 from scipy.signal import savgol_coeffs, savgol_filter
-from talus import ffi, lib, pointer
+from support import REPOSITORY
+from talus import constants, ffi, lib, pointer
 
 STEP_S, SAMPLES = 0.004, 9
 ORDER = 5
@@ -29,14 +31,16 @@ def columns(kind, shape, model, motion, window, effort=None):
     """Columns of an effect along a motion without stops; `effort`: the drive's torque beside a sensor at the output."""
     t, *rows = (np.ascontiguousarray(x) for x in motion)
     found = lib.tl_effect_find(kind.encode())
-    work, out = np.empty(lib.tl_effect_stretch_work(len(t))), np.zeros((found.strengths, len(t)))
-    slip = np.sign(rows[1])
-    s = ffi.new("tl_effect_stretch *", {"model": model.struct, "n": len(t), "t_s": pointer(t), "work": pointer(work)})
+    out, slip = np.zeros((found.strengths, len(t))), np.sign(rows[1])
+    s = ffi.new("tl_effect_segment *", {"model": model.struct, "n": len(t), "t_s": pointer(t)})
     for name, values in zip(("q", "v", "a", "slip"), (*rows, slip), strict=True):
         getattr(s, name)[0] = pointer(values)
     s.window[0] = ffi.NULL if window is None else window
     s.effort_Nm = ffi.NULL if effort is None else pointer(effort)
-    lib.tl_effect_columns_along(found, 0, pointer(np.array(shape)), s, 0, pointer(out))
+    memory, prepared = np.empty(lib.tl_effect_prepared_memory(1, len(t))), ffi.new("tl_effect_prepared *")
+    lib.tl_effect_prepare(prepared, s, pointer(memory))
+    wanted = ffi.new("tl_effect_wanted *", {"strengths": (1 << found.strengths) - 1, "shown": [pointer(out)]})
+    lib.tl_effect_segment_columns(found, 0, pointer(np.array(shape)), 1, prepared, wanted)
     return out
 
 
@@ -86,11 +90,115 @@ def test_what_a_sensor_at_the_output_tells_of_the_drive():
     effort = 1.5 * np.sin(3.0 * t)
     slope = 4.5 * np.cos(3.0 * t)
     assert np.array_equal(columns("torque_constant", [], model, motion, None, effort)[0], -effort)
-    assert columns("delay", [0.0], model, motion, None, effort)[0][inside] == pytest.approx(-slope[inside], abs=1e-3)
-    assert columns("delay", [1.0], model, motion, None, effort)[0][inside] == pytest.approx(-slope[inside], abs=1e-3)
+    assert columns("delay", [0.0, 0.0], model, motion, None, effort)[0][inside] == pytest.approx(-slope[inside], abs=1e-3)
+    assert columns("delay", [1.0, 0.0], model, motion, None, effort)[0][inside] == pytest.approx(-slope[inside], abs=1e-3)
     # without a sensor a late current shows an earlier torque, and telemetry that is late as a whole shows nothing
     moving = (t, motion[1], motion[2], 3.0 + t)
-    assert columns("delay", [0.0], model, moving, None)[0] == pytest.approx(-0.2, abs=1e-9)
-    assert not columns("delay", [1.0], model, moving, None).any()
+    assert columns("delay", [0.0, 0.0], model, moving, None)[0] == pytest.approx(-0.2, abs=1e-9)
+    assert not columns("delay", [1.0, 0.0], model, moving, None).any()
     # beside one, late angles tell of a later torque
-    assert columns("delay", [1.0], model, moving, None, 0 * t)[0] == pytest.approx(0.2, abs=1e-9)
+    assert columns("delay", [1.0, 0.0], model, moving, None, 0 * t)[0] == pytest.approx(0.2, abs=1e-9)
+
+
+def test_a_delays_column_is_a_secant_to_the_delay_it_is_asked_near():
+    """Strength times column is then the change itself, whatever the delay."""
+    model, (t, q, v, _) = pendulum(), turning()
+    torque = 0.2 * np.sin(40 * t)
+    for near_s in (-0.013, 0.002, 0.013):
+        found = columns("delay", [0.0, near_s], model, (t, q, v, np.sin(40 * t)), None)[0]
+        want = (np.interp(t - near_s, t, torque) - torque) / near_s
+        assert found == pytest.approx(want, abs=1e-9)
+
+
+# ---- a leg ------------------------------------------------------------------------------
+
+
+class LegSegment:
+    """Any motion of the leg over unevenly spaced rows, and its columns."""
+
+    def __init__(self, n=400):
+        self.model, random = talus.Model.read(REPOSITORY / "models/leg.yaml"), np.random.default_rng(3)
+        self.t = np.cumsum(STEP_S + random.uniform(-3e-4, 3e-4, n))
+        turn = np.array([5.0 * self.t, 7.0 * self.t + 1.0])
+        self.q, self.v = np.array([[0.4], [0.2]]) * np.sin(turn), np.array([[2.0], [1.4]]) * np.cos(turn)
+        self.a = np.array([[-10.0], [-9.8]]) * np.sin(turn)
+        self.slip = np.sign(self.v)
+        self.rows = [np.ascontiguousarray(x) for x in (*self.q, *self.v, *self.a, *self.slip)]
+        self.segment = ffi.new("tl_effect_segment *", {"model": self.model.struct, "n": n, "t_s": pointer(self.t)})
+        for k, name in enumerate(("q", "v", "a", "slip")):
+            for j in range(2):
+                getattr(self.segment, name)[j] = pointer(self.rows[2 * k + j])
+        self.memory = np.empty(lib.tl_effect_prepared_memory(2, n))
+
+    def columns(self, effect, joint, shapes, strengths, channels):
+        """(channels, shapes, strengths, rows); what was not asked for stays NaN."""
+        kind, prepared = lib.tl_effect_find(effect.encode()), ffi.new("tl_effect_prepared *")
+        lib.tl_effect_prepare(prepared, self.segment, pointer(self.memory))
+        out = np.full((len(channels), len(shapes), kind.strengths, len(self.t)), np.nan)
+        wanted = ffi.new("tl_effect_wanted *", {"strengths": sum(1 << k for k in strengths)})
+        for values, channel in zip(out, channels):
+            wanted.shown[channel] = pointer(values)
+        lib.tl_effect_segment_columns(kind, joint, pointer(np.array(shapes, float)), len(shapes), prepared, wanted)
+        return out
+
+
+@pytest.fixture(scope="module")
+def leg():
+    return LegSegment()
+
+
+LINKS = [[1500.0, 0.002, 0.5, 0.0, 0.4, 0.0, 1.0, 0.0], [4000.0, 0.001, 0.0, 1.0, 0.2, 0.002, 0.5, 1e6]]
+
+
+def test_many_shapes_at_once_are_each_as_alone_and_only_what_is_wanted_is_written(leg):
+    channels = (0, 1, lib.TL_EFFECT_SHOWS_ENCODER, lib.TL_EFFECT_SHOWS_SHANK)
+    together = leg.columns("elasticity", 1, LINKS, (0, 2), channels)
+    assert np.isnan(together[:, :, 1]).all() and np.isfinite(together[:, :, [0, 2]]).all()
+    for k, shape in enumerate(LINKS):
+        for c, channel in enumerate(channels):
+            for strength in (0, 2):
+                alone = leg.columns("elasticity", 1, [shape], (strength,), (channel,))
+                assert np.array_equal(alone[0, 0, strength], together[c, k, strength])
+
+
+def test_what_another_joint_feels_of_a_twist_is_the_slope_of_the_inverse_dynamics(leg):
+    """The whole twist against the inverse dynamics of the pose that it leads to, by differences of a plain model."""
+    angle, torque = leg.columns("elasticity", 1, LINKS[:1], (1,), (lib.TL_EFFECT_SHOWS_ENCODER, 0))[:, 0, 1]
+    size = 1e-6
+    rate = np.gradient(size * angle, leg.t)
+    ankle = np.array([[0.0], [1.0]])
+    moved = [leg.q + ankle * size * angle, leg.v + ankle * rate, leg.a + ankle * np.gradient(rate, leg.t)]
+    still = np.zeros_like(leg.q)  # without friction
+    change = (leg.model.inverse(*moved, still) - leg.model.inverse(leg.q, leg.v, leg.a, still))[0] * 51 / size
+    assert np.abs(change - torque)[20:-20].max() < 0.02 * np.abs(torque).max()
+
+
+@pytest.mark.parametrize(("frequency_Hz", "damping"), [(3.0, 0.02), (14.0, 0.1), (30.0, 0.9)])
+def test_a_mount_swings_as_the_matrix_exponential_has_it(leg, frequency_Hz, damping):
+    """x'' + 2 d w x' + w^2 x = -w^2 M with the knee's torque M straight between rows, at uneven instants."""
+    found = leg.columns("base_compliance", constants.TL_MAX_JOINTS, [[frequency_Hz, damping]], (0,), (lib.TL_EFFECT_SHOWS_SHANK,))[0, 0, 0]
+    w = 2 * np.pi * frequency_Hz
+    drive = knee_torque(leg)
+    # (x, v, drive, its slope): the drive goes on by itself
+    system = np.array([[0, 1, 0, 0], [-w * w, -2 * damping * w, -w * w, 0], [0, 0, 0, 1], [0, 0, 0, 0]])
+    state, want = np.array([-drive[0], 0.0]), [-drive[0]]
+    for h, a, b in zip(np.diff(leg.t), drive, drive[1:]):
+        state = (expm(h * system) @ [*state, a, (b - a) / h])[:2]
+        want.append(state[0])
+    assert found == pytest.approx(np.array(want), abs=1e-7 * np.abs(want).max())
+
+
+def knee_torque(leg):
+    """Of inertia and gravity at the knee, friction apart."""
+    bare = leg.model.copy()
+    bare.struct.drive[1].rotor_inertia_kg_m2 = 0.0
+    return bare.inverse(leg.q, leg.v, leg.a, np.zeros_like(leg.q))[0] * 51 - bare.struct.drive[0].viscous_Nms_rad * leg.v[0]
+
+
+def test_instants_of_a_segment_are_those_of_its_rows(leg):
+    found, one = ffi.new("tl_effect_instant[]", len(leg.t)), ffi.new("tl_effect_instant *")
+    lib.tl_effect_instants(leg.segment, 1, found)
+    for i in (0, 17, len(leg.t) - 1):
+        motion = ffi.new("tl_motion *", [list(x[:, i]) for x in (leg.q, leg.v, leg.a, leg.slip)])
+        lib.tl_effect_instant_of(leg.model.struct, motion, 1, leg.t[i], ffi.NULL, one)
+        assert ffi.buffer(one)[:] == ffi.buffer(ffi.addressof(found, i))[:]

@@ -54,3 +54,13 @@ def test_a_start_far_away_is_forgotten_after_settling():
                                                        (4, float("nan"), 0.004)])
 def test_impossible_settings_are_refused(order, cutoff_hz, step_s):
     assert lib.tl_lowpass_init(ffi.new("tl_lowpass *"), order, cutoff_hz, step_s) < 0
+
+
+@pytest.mark.parametrize("series", [1, 3, 4, 9])
+def test_many_series_at_once_are_each_as_alone(series):
+    every = np.random.default_rng(series).standard_normal((series, 217)).cumsum(axis=1)
+    together = every.copy()
+    f = ffi.new("tl_lowpass *")
+    check(lib.tl_lowpass_init(f, 5, 20.0, 0.004))
+    lib.tl_lowpass_zero_phase_batch(f, pointer(together), 217, series)
+    assert np.array_equal(together, [zero_phase(x, 5, 20.0, 0.004)[0] for x in every])

@@ -1,11 +1,13 @@
-"""tools/talus/diagnosis/motion.py: the motion gap against the library's own simulation, and what its parts do on their own."""
+"""tools/talus/diagnosis/motion.py: the motion gap against the library's simulation of the truth, and its windows."""
 
 import json
 import os
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 import yaml
+from scipy.integrate import solve_ivp
 from support import BUILD, REPOSITORY, data, needs_data, run
 
 import talus
@@ -14,13 +16,20 @@ from talus import check, ffi, lib
 os.environ.setdefault("TALUS_BUILD", str(BUILD))
 
 from talus.diagnosis import command, figures, motion  # noqa: E402
-from talus.diagnosis.acting import Memory  # noqa: E402
 from talus.diagnosis.evidence import Evidence  # noqa: E402
 from talus.diagnosis.physical import physical  # noqa: E402
 from talus.diagnosis.search import search  # noqa: E402
 from talus.diagnosis.verdict import judge  # noqa: E402
 
 LEG = REPOSITORY / "models/leg.yaml"
+PENDULUM = """
+plant: pendulum
+gravity_m_s2: 9.81
+inertia_kg_m2: 0.05
+gravity_moment_kg_m: 0.4
+gravity_zero_rad: 0
+joint: {transmission: {type: fixed, ratio: 1}, torque_constant_Nm_A: 1, friction: {coulomb_Nm: 0, viscous_Nms_rad: 0}}
+"""
 EVERY = 3  # of the windows are simulated by the library
 GAP_RAD = 3e-3  # and below it noise alone, on these benches
 PARTS = 4  # of a sample's step, in each of which the torque is held
@@ -107,7 +116,7 @@ def test_without_the_effect_it_is_the_librarys_simulation_of_the_plain_fit(twin)
     simulated."""
     base = twin.before.strengths[:len(twin.search.evidence.prior)]
     if twin.effects == [SPRING]:
-        assert not motion.is_plausible(motion.Scene(twin.search.evidence, 0, base))
+        assert not motion.is_plausible(twin.search.scenes[0].at(base))
         return
     fitted = twin.identified.copy()
     fitted.set_parameters(**physical(fitted, base))
@@ -126,51 +135,54 @@ def test_it_shrinks_where_there_is_a_gap(twin):
         assert all(entry["extended_rms"] == entry["identified_rms"] for entry in found.values())
 
 
-# ---- one step ----------------------------------------------------------------------
+# ---- windows -----------------------------------------------------------------------
 
 
-def moves(f, v, seconds, inertia=0.5, coulomb_Nm=1.0, h=0.002):
-    """(speed, way) of one joint under a constant torque."""
-    f, v, way = np.array([[f]]), np.array([[v]], float), 0.0
-    for _ in range(round(seconds / h)):
-        v, moved = motion.step(f, v, np.array([[[inertia]]]), np.array([[coulomb_Nm]]), h)
-        way += moved[0, 0]
-    return v[0, 0], way
+def simulated_windows(model, q, v, torque, firsts, steps, step_s, effects=()):
+    """Deviations (joints, steps, windows) from recorded rows."""
+    joints, firsts = len(q), np.array(firsts, np.uint64)
+    rows = {"q": q, "v": v, "torque": torque}
+    rows = {name: [np.ascontiguousarray(x, float) for x in every] for name, every in rows.items()}
+    out = np.empty((joints, steps, len(firsts)))
+    spec = ffi.new("tl_windows *", {"model": model.struct, "effects": len(effects), "effect": effect_list(effects),
+                   "step_s": step_s, "longest_step_s": 0.001, "first": ffi.from_buffer("size_t[]", firsts),
+                   "count": len(firsts), "steps": steps, "deviation": ffi.from_buffer("double[]", out)})  # fmt: skip
+    for name, every in rows.items():
+        for j in range(joints):
+            getattr(spec, name)[j] = ffi.from_buffer("double[]", every[j])
+    check(lib.tl_simulate_windows(spec))
+    return out
+
+
+def test_each_window_is_the_motion_that_scipy_integrates_from_the_recorded_state():
+    """A pendulum without friction, which nothing holds: q'' = (torque - m g sin q) / I."""
+    tree = yaml.safe_load(PENDULUM)
+    model, step_s, n = talus.Model.from_tree(tree), 0.004, 60
+    t = step_s * np.arange(n)
+    q, v, torque = 0.3 * np.sin(7 * t), 2.1 * np.cos(7 * t), 0.5 * np.cos(11 * t)
+    found = simulated_windows(model, [q], [v], [torque], [0, 25], 30, step_s)[0]
+
+    def fall(now, state):
+        return [state[1], (np.interp(now, t, torque) - 0.4 * 9.81 * np.sin(state[0])) / 0.05]
+
+    for window, first in enumerate((0, 25)):
+        span = t[first:first + 31]
+        truth = solve_ivp(fall, span[[0, -1]], [q[first], v[first]], t_eval=span, rtol=1e-10, atol=1e-12, max_step=1e-3)
+        assert found[:, window] == pytest.approx(truth.y[0][1:] - q[first + 1:first + 31], abs=1e-8)
 
 
 def test_a_joint_that_friction_holds_stays():
-    assert moves(0.99, 0.0, 0.3) == (0.0, 0.0)
-    # and one that comes to rest there stays to the last bit: 1/2 v^2 / a
-    speed, way = moves(0.5, 0.3, 0.3)
-    assert speed == 0.0 and np.isclose(way, 0.5 * 0.3**2 / ((0.5 + (1.0 - 2 * 0.5)) / 0.5), rtol=1e-12)
+    model = talus.Model.from_tree(yaml.safe_load(PENDULUM.replace("coulomb_Nm: 0", "coulomb_Nm: 1")))
+    rest = np.zeros(40)
+    assert not simulated_windows(model, [rest], [rest], [rest + 0.99], [0], 30, 0.004).any()
+    assert simulated_windows(model, [rest], [rest], [rest + 1.01], [0], 30, 0.004)[0, -1, 0] > 0
 
 
-def test_a_reversal_within_a_step_is_exact():
-    # -3 Nm against 0.4 rad/s: decelerates with (3 + 1) / 0.5, turns, accelerates back with (3 - 1) / 0.5
-    stop_s = 0.4 / 8.0
-    speed, way = moves(-3.0, 0.4, 0.2001 - 0.0001)
-    rest_s = 0.2 - stop_s
-    assert np.isclose(speed, -4.0 * rest_s, rtol=1e-12)
-    assert np.isclose(way, 0.5 * 0.4 * stop_s - 0.5 * 4.0 * rest_s**2, rtol=1e-9)
-
-
-def test_two_joints_pull_at_each_other_unless_one_sticks():
-    inertia, dry = np.array([[[2.0], [0.5]], [[0.5], [1.0]]]), np.array([[0.0], [1.0]])
-    free = motion.accelerations(np.array([[1.0], [3.0]]), np.array([[0.1], [0.1]]), inertia, dry)
-    assert np.allclose(np.array([[2.0, 0.5], [0.5, 1.0]]) @ free[:, 0], [1.0, 2.0])
-    stuck = motion.accelerations(np.array([[1.0], [0.9]]), np.array([[0.1], [0.0]]), inertia, dry)
-    assert np.allclose(stuck[:, 0], [0.5, 0.0])
-
-
-@pytest.mark.parametrize("power", [1.0, 2.0])
-def test_memory_follows_dahls_equation(power):
-    memory = Memory(0, {"travel_rad": 0.01, "power": power}, np.zeros(3), np.ones(3))
-    state, fine = 0.3, 0.3
-    for _ in range(20000):
-        fine += 1e-6 / 0.01 * (1 - fine) ** power
-    assert np.isclose(memory.moved(np.array(state), np.array(0.02)), fine, rtol=1e-3)
-    back = memory.moved(np.array(fine), np.array(-0.02))
-    assert -1 < back < fine
+def test_a_recording_that_ends_has_no_window_beyond():
+    track = SimpleNamespace(step_s=0.01, kind=[np.ones(60, int)], parts=[{"n": 26}, {"n": 34}])
+    assert list(motion.Windows(track).starts) == [0, 26]
+    track.kind[0][30] = 0
+    assert list(motion.Windows(track).starts) == [0, 31]
 
 
 # ---- the report --------------------------------------------------------------------

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
-from scipy.signal import lfilter
 from talus import ffi, lib, pointer
 
 
@@ -143,11 +142,3 @@ def test_the_motors_angle_counts_where_its_speed_does_not_tell():
     # the damper's jolt gives the link a speed of 2 decay times the step
     want = -0.002 * np.exp(-decay * after) * (np.cos(swing * after) - decay / swing * np.sin(swing * after))
     assert np.abs(angle[1000:] - want).max() < 0.03 * 0.002
-
-
-def test_a_filter_of_second_order_is_scipys():
-    random = np.random.default_rng(1)
-    b, a, x = random.standard_normal(3), np.array([2.0, -3.2, 1.5]), random.standard_normal(500)
-    out = np.empty(500)
-    lib.tl_filter_second_order(pointer(b), pointer(a), pointer(x), 500, pointer(out))
-    assert np.abs(out - lfilter(b, a, x)).max() < 1e-12 * np.abs(out).max()

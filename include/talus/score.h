@@ -51,6 +51,9 @@ size_t tl_grid_count(double begin_s, double end_s, double step_s);
  * times outside hold the end values. */
 void tl_grid_resample(const double *t_s, const double *x, size_t n, double begin_s, double step_s,
                       double *out, size_t m);
+/* The same for `series` series of n, one after the other; m instants of each, one after the other. */
+void tl_grid_resample_batch(const double *t_s, const double *x, size_t n, size_t series, double begin_s,
+                            double step_s, double *out, size_t m);
 /* keep[k] = 1 unless |speed| < standstill within guard_s of grid instant k (m of them). */
 void tl_score_keep(const tl_score_settings *s, const double *speed, size_t m, double step_s, uint8_t *keep);
 

@@ -114,6 +114,12 @@ void tl_transmission_ratio(const tl_transmission *t, double joint_rad, double *r
 /* The same where sin q and cos q are at hand already (saves their cost). */
 void tl_transmission_ratio_sc(const tl_transmission *t, double joint_rad, double sin_q, double cos_q,
                               double *ratio, double *slope);
+/* The same for n angles. */
+void tl_transmission_motor_angles(const tl_transmission *t, const double *joint_rad, size_t n,
+                                  double *motor_rad);
+void tl_transmission_joint_angles(const tl_transmission *t, const double *motor_rad, size_t n,
+                                  double *joint_rad);
+void tl_transmission_ratios(const tl_transmission *t, const double *joint_rad, size_t n, double *ratio);
 /* Joint motion from motor motion: q, q', q'' from motor angle, speed and acceleration. */
 void tl_transmission_joint_motion(const tl_transmission *t, const double motor[3], double joint[3]);
 

@@ -12,10 +12,11 @@ static void change(const double *value, tl_effect_change *to) {
 }
 
 /* the joint swings between the teeth under the load of its motor's motion, half the gap to each side */
-static void along(const tl_effect_stretch *s, int joint, const double *shape, int shows, double *column) {
-  tl_flexible_joint p = {shape[1], shape[0], shape[2], shape[3], shape[4], shape[5], 0.0, 1.0, 0.0, shape[6]};
+static void columns(tl_effect_prepared *p, int joint, const double *shape, const tl_effect_wanted *wanted) {
+  tl_flexible_joint link = {shape[1], shape[0], shape[2], shape[3], shape[4],
+                            shape[5], 0.0,      1.0,      0.0,      shape[6]};
 
-  tl_columns_link(s, &p, joint, shows, column);
+  tl_columns_link(p, &link, joint, wanted);
 }
 
 const tl_effect_kind tl_effect_backlash = {
@@ -38,6 +39,6 @@ const tl_effect_kind tl_effect_backlash = {
                   {"drag_Nm", 0.0, 100.0, 0.0,
                    TL_FIT_ONLY(0.0)}}, /* friction between motor and joint in the gap */
     .change = change,
-    .along = along,
+    .columns = columns,
     .memory_s = 2.0,
 };

@@ -11,93 +11,61 @@ static void change(const double *value, tl_effect_change *to) {
   to->base_share = value[4];
 }
 
-/* moments of shank and foot [kg m], each times the sine and the cosine of its absolute angle */
-typedef struct moments {
-  double shank[2], foot[2];
-} moments;
-
-static moments moments_at(const tl_effect_stretch *s, const tl_model *weightless, size_t i) {
-  tl_motion now, still;
-  double torque[TL_MAX_JOINTS];
-  moments m;
-
-  tl_columns_motion(s, i, &now);
-  memset(&still, 0, sizeof still);
-  memcpy(still.q, now.q, sizeof still.q);
-  tl_inverse(weightless, &still, torque);
-  m.foot[0] = torque[1];
-  m.shank[0] = torque[0] - torque[1];
-  m.foot[1] = tl_effect_tilt_of(weightless, &now, 1);
-  m.shank[1] = tl_effect_tilt_of(weightless, &now, 0) - m.foot[1];
-  return m;
-}
-
-/* of both links' inertia on the mount, to the front or (`up`) upwards */
-static double force_on_mount(const tl_effect_stretch *s, const moments *m, int up, size_t i) {
-  double v = s->v[0][i], foot_v = v + s->v[1][i], a = s->a[0][i], foot_a = a + s->a[1][i];
-  double side = up ? 1.0 : -1.0; /* a link's end goes on a circle: r sin q to the front, -r cos q upwards */
-
-  return m->shank[!up] * a + side * m->shank[up] * v * v + m->foot[!up] * foot_a +
-         side * m->foot[up] * foot_v * foot_v;
-}
-
-/* x'' + 2 d w x' + w^2 x = -w^2 drive, from drive in shift[2]: x in shift[0], its rates in the others */
-static void swing(const tl_effect_stretch *s, double w, double share, double *const shift[3]) {
-  tl_columns_spring spring = {1.0 / (w * w), 1.0, 2.0 * share / w};
-  double x = 0.0, v = 0.0, before = 0.0, drive;
+/* x'' + 2 d w x' + w^2 x = -w^2 drive: x in shift[0], its rates in the others */
+static void swing(const tl_effect_segment *s, const double *shape, const double *drive,
+                  double *const shift[3]) {
+  double w = 2.0 * TL_PI * shape[0], x, v = 0.0;
+  tl_columns_spring spring = {1.0 / (w * w), 1.0, 2.0 * shape[1] / w};
+  tl_columns_swing mount = tl_columns_swing_of(spring);
   size_t i;
 
+  x = -drive[0];
   for (i = 0; i < s->n; i++) {
-    drive = shift[2][i];
-    if (i == 0) x = -drive;
-    if (i > 0) tl_columns_swing(&spring, before, drive, s->t_s[i] - s->t_s[i - 1], &x, &v);
-    before = drive;
+    if (i > 0) tl_columns_swing_on(&mount, drive[i - 1], drive[i], s->t_s[i] - s->t_s[i - 1], &x, &v);
     shift[0][i] = x;
     shift[1][i] = v;
-    shift[2][i] = -w * w * (drive + x + spring.damping * v);
+    shift[2][i] = -w * w * (drive[i] + x + spring.damping * v);
   }
 }
 
 /* The knee's torque turns the mount back, w with the leg hanging from it. The sway adds to every absolute angle,
  * as if the knee had moved. */
-static void turn(const tl_effect_stretch *s, const tl_model *bare, const double *shape, int shows,
-                 double *column) {
-  double *shift[3] = {s->work, s->work + s->n, s->work + 2 * s->n};
+static void turn(tl_effect_prepared *p, const double *shape, double *const shift[3],
+                 const tl_effect_wanted *wanted) {
+  double *column;
+  int j;
 
-  tl_columns_nothing(column, s->n);
-  tl_columns_load(s, bare, 0, shift[2]);
-  swing(s, 2.0 * TL_PI * shape[0], shape[1], shift);
-  if (shows < TL_MAX_JOINTS) tl_columns_shift(s, bare, 0, shift, shows, column);
-  if (shows == TL_EFFECT_SHOWS_SHANK) tl_columns_copy(column, shift[0], s->n);
+  swing(p->segment, shape, tl_columns_load(p, 0), shift);
+  for (j = 0; j < tl_joint_count(p->segment->model); j++)
+    if ((column = tl_columns_of(p, wanted, j, 0))) tl_columns_add_shift(p, 0, shift, j, column);
+  if ((column = tl_columns_of(p, wanted, TL_EFFECT_SHOWS_SHANK, 0)))
+    memcpy(column, shift[0], p->segment->n * sizeof *column);
 }
 
 /* the mount's acceleration is one more gravity, across the first or (`up`) along it */
-static void move(const tl_effect_stretch *s, const tl_model *bare, const double *shape, int up, int shows,
-                 double *column) {
-  double *shift[3] = {s->work, s->work + s->n, s->work + 2 * s->n};
-  tl_model weightless = *bare;
-  moments m;
+static void move(tl_effect_prepared *p, const double *shape, int up, double *const shift[3],
+                 const tl_effect_wanted *wanted) {
+  double *const *mount = tl_columns_mount(p), *column;
   size_t i;
+  int j;
 
-  tl_columns_nothing(column, s->n);
-  if (shows >= TL_MAX_JOINTS) return;
-  weightless.gravity_m_s2 = 1.0;
-  for (i = 0; i < s->n; i++) {
-    m = moments_at(s, &weightless, i);
-    shift[2][i] = force_on_mount(s, &m, up, i);
-    column[i] = m.foot[!up] + (shows == 0 ? m.shank[!up] : 0.0);
+  swing(p->segment, shape, mount[up], shift);
+  for (j = 0; j < TL_MAX_JOINTS; j++) {
+    if (!(column = tl_columns_of(p, wanted, j, 1 + up))) continue;
+    for (i = 0; i < p->segment->n; i++)
+      column[i] += shift[2][i] * (mount[4 + !up][i] + (j == 0 ? mount[2 + !up][i] : 0.0));
   }
-  swing(s, 2.0 * TL_PI * shape[0], shape[1], shift);
-  for (i = 0; i < s->n; i++) column[i] *= shift[2][i];
 }
 
-static void along(const tl_effect_stretch *s, int joint, const double *shape, int shows, double *column) {
-  tl_model bare = tl_effect_bare_model(s->model);
+static void columns(tl_effect_prepared *p, int joint, const double *shape, const tl_effect_wanted *wanted) {
+  size_t n = p->segment->n;
+  double *const shift[3] = {p->work, p->work + n, p->work + 2 * n};
+  int up;
 
   (void)joint;
-  turn(s, &bare, shape, shows, column);
-  move(s, &bare, shape, 0, shows, column + s->n);
-  move(s, &bare, shape, 1, shows, column + 2 * s->n);
+  if (tl_columns_wants(wanted, 1u)) turn(p, shape, shift, wanted);
+  for (up = 0; up < 2; up++)
+    if (tl_columns_wants(wanted, 2u << up)) move(p, shape, up, shift, wanted);
 }
 
 const tl_effect_kind tl_effect_base_compliance = {
@@ -114,6 +82,6 @@ const tl_effect_kind tl_effect_base_compliance = {
                   {"frequency_Hz", 1.0, 40.0, 8.0, 0, 0.0},
                   {"damping_ratio", 0.005, 1.0, 0.05, 0, 0.0}},
     .change = change,
-    .along = along,
+    .columns = columns,
     .memory_s = 1.5,
 };

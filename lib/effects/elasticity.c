@@ -8,30 +8,32 @@ static void change(const double *value, tl_effect_change *to) {
 }
 
 /* the joint stands behind its motor by minus a torque, per unit of compliance */
-static void twist(const tl_effect_stretch *s, int joint, int by_friction, int shows, double *column) {
-  double *shift[3] = {s->work, s->work + s->n, s->work + 2 * s->n};
-  tl_model bare = tl_effect_bare_model(s->model);
+static void twist(tl_effect_prepared *p, int joint, int by_friction, const tl_effect_wanted *wanted) {
+  const tl_effect_segment *s = p->segment;
+  double *shift[3] = {p->work, p->work + s->n, p->work + 2 * s->n};
+  const double *load = tl_columns_load(p, joint);
   const tl_drive *d = &s->model->drive[joint];
   size_t i;
 
-  tl_columns_load(s, &bare, joint, shift[0]);
-  for (i = 0; i < s->n && by_friction; i++)
-    shift[0][i] = d->coulomb_Nm * s->slip[joint][i] + d->viscous_Nms_rad * s->v[joint][i];
+  for (i = 0; i < s->n; i++)
+    shift[0][i] =
+        by_friction ? d->coulomb_Nm * s->slip[joint][i] + d->viscous_Nms_rad * s->v[joint][i] : load[i];
   tl_columns_bridge(s, joint, shift[0]);
   for (i = 0; i < s->n; i++) shift[0][i] = -shift[0][i];
   tl_columns_rates(s, shift);
-  tl_columns_displaced(s, &bare, joint, shift, shows, column);
+  tl_columns_displaced(p, joint, shift, 1 + by_friction, wanted);
 }
 
 /* The joint swings on its spring against its motor, under the load of the motor's motion; or, where the spring
  * is stiff, it follows load and friction at once. */
-static void along(const tl_effect_stretch *s, int joint, const double *shape, int shows, double *column) {
-  tl_flexible_joint p = {shape[0], 0.0,      shape[1], shape[2], shape[3],
-                         shape[4], shape[5], shape[6], shape[7], 0.0};
+static void columns(tl_effect_prepared *p, int joint, const double *shape, const tl_effect_wanted *wanted) {
+  tl_flexible_joint link = {shape[0], 0.0,      shape[1], shape[2], shape[3],
+                            shape[4], shape[5], shape[6], shape[7], 0.0};
   int k;
 
-  tl_columns_link(s, &p, joint, shows, column);
-  for (k = 0; k < 2; k++) twist(s, joint, k, shows, column + (size_t)(1 + k) * s->n);
+  if (tl_columns_wants(wanted, 1u)) tl_columns_link(p, &link, joint, wanted);
+  for (k = 0; k < 2; k++)
+    if (tl_columns_wants(wanted, 2u << k)) twist(p, joint, k, wanted);
 }
 
 const tl_effect_kind tl_effect_elasticity = {
@@ -56,6 +58,6 @@ const tl_effect_kind tl_effect_elasticity = {
                   {"soft_share", 0.0, 1.0, 1.0, TL_FIT_ONLY(1.0)},
                   {"hardening_Nm_rad3", 0.0, 1e10, 0.0, TL_FIT_ONLY(0.0)}},
     .change = change,
-    .along = along,
+    .columns = columns,
     .memory_s = 2.0,
 };

@@ -10,23 +10,33 @@ static void change(const double *value, tl_effect_change *to) {
   to->joint_cosine_rad += value[3];
 }
 
-static void along(const tl_effect_stretch *s, int joint, const double *shape, int shows, double *column) {
-  double *shift[4] = {s->work, s->work + s->n, s->work + 2 * s->n, s->work + 3 * s->n}, one[2];
-  int k, d;
+/* The motor's encoder shows so much too much, so the joint stands that over the ratio behind what it shows.
+ * The ratio changes slowly beside the error: its own rates are left out. */
+static void of_motor(tl_effect_prepared *p, int joint, double order, int k, const tl_effect_wanted *wanted) {
+  size_t n = p->segment->n, i;
+  double *shift[4] = {p->work, p->work + n, p->work + 2 * n, p->work + 3 * n};
+  int d;
+
+  tl_columns_wave(p, joint, order, k, shift);
+  for (i = 0; i < n; i++)
+    for (d = 0; d < 3; d++) shift[d][i] /= -shift[3][i];
+  tl_columns_displaced_whole(p, joint, shift, k, wanted);
+}
+
+static void columns(tl_effect_prepared *p, int joint, const double *shape, const tl_effect_wanted *wanted) {
+  const tl_effect_segment *s = p->segment;
+  double *column[2], one[2];
   size_t i;
+  int k;
 
   for (k = 0; k < 2; k++) {
-    tl_columns_wave(s, joint, shape[0], k, shift);
-    /* The motor's encoder shows so much too much, so the joint stands that over the ratio behind what it shows.
-     * The ratio changes slowly beside the error: its own rates are left out. */
-    for (i = 0; i < s->n; i++)
-      for (d = 0; d < 3; d++) shift[d][i] /= -shift[3][i];
-    tl_columns_displaced(s, s->model, joint, shift, shows, column + (size_t)k * s->n);
+    if (tl_columns_wants(wanted, 1u << k)) of_motor(p, joint, shape[0], k, wanted);
+    column[k] = tl_columns_of(p, wanted, TL_EFFECT_SHOWS_ENCODER, 2 + k);
   }
-  tl_columns_nothing(column + 2 * s->n, 2 * s->n);
-  for (i = 0; i < s->n && shows == TL_EFFECT_SHOWS_ENCODER; i++) {
+  for (i = 0; i < s->n && (column[0] || column[1]); i++) {
     tl_sincos(shape[1] * s->q[joint][i], &one[0], &one[1]);
-    for (k = 0; k < 2; k++) column[(size_t)(2 + k) * s->n + i] = one[k];
+    for (k = 0; k < 2; k++)
+      if (column[k]) column[k][i] = one[k];
   }
 }
 
@@ -45,5 +55,5 @@ const tl_effect_kind tl_effect_encoder_eccentricity = {
                   {"motor_per_turn", 1.0, 100.0, 1.0, TL_FIT_ONLY(1.0)},
                   {"joint_per_turn", 1.0, 1000.0, 1.0, TL_FIT_ONLY(1.0)}},
     .change = change,
-    .along = along,
+    .columns = columns,
 };

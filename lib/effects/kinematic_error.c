@@ -18,30 +18,30 @@ static void law(const tl_effect_instant *now, const double *shape, double *torqu
 }
 
 /* by virtual work the motor feels the load by the slope of the angle that runs ahead, too */
-static void add_slope(const tl_effect_stretch *s, const tl_model *link, int joint, double order, int k,
-                      double *const shift[4], double *column) {
+static void add_slope(tl_effect_prepared *p, int joint, double order, int k, const double *ratio,
+                      double *column) {
+  const tl_effect_segment *s = p->segment;
   const tl_transmission *t = &s->model->drive[joint].transmission;
-  double *load = shift[1], wave[2];
+  const double *load = tl_columns_load(p, joint);
+  double wave[2];
   size_t i;
 
-  tl_columns_load(s, link, joint, load);
   for (i = 0; i < s->n; i++) {
     tl_sincos(order * tl_transmission_motor_angle(t, s->q[joint][i]), &wave[0], &wave[1]);
-    column[i] += load[i] * (k == 0 ? wave[1] : -wave[0]) * order * shift[3][i];
+    column[i] += load[i] * (k == 0 ? wave[1] : -wave[0]) * order * ratio[i];
   }
 }
 
-static void along(const tl_effect_stretch *s, int joint, const double *shape, int shows, double *column) {
-  double *shift[4] = {s->work, s->work + s->n, s->work + 2 * s->n, s->work + 3 * s->n};
-  tl_model link = tl_effect_bare_model(s->model);
+static void columns(tl_effect_prepared *p, int joint, const double *shape, const tl_effect_wanted *wanted) {
+  size_t n = p->segment->n;
+  double *shift[4] = {p->work, p->work + n, p->work + 2 * n, p->work + 3 * n}, *column;
   int k;
 
-  tl_columns_nothing(column, 2 * s->n);
-  tl_columns_nothing(column + 4 * s->n, 2 * s->n);
   for (k = 0; k < 2; k++) {
-    tl_columns_wave(s, joint, shape[0], k, shift);
-    tl_columns_displaced(s, &link, joint, shift, shows, column + (size_t)(2 + k) * s->n);
-    if (shows == joint) add_slope(s, &link, joint, shape[0], k, shift, column + (size_t)(2 + k) * s->n);
+    if (!tl_columns_wants(wanted, 4u << k)) continue;
+    tl_columns_wave(p, joint, shape[0], k, shift);
+    tl_columns_displaced(p, joint, shift, 2 + k, wanted);
+    if ((column = tl_columns_of(p, wanted, joint, 2 + k))) add_slope(p, joint, shape[0], k, shift[3], column);
   }
 }
 
@@ -63,5 +63,5 @@ const tl_effect_kind tl_effect_kinematic_error = {
                   {"per_turn", 0.01, 4.0, 2.0, 0, 0.0},
                   {"fades_Hz", 0.0, 1000.0, 0.0, TL_FIT_ONLY(0.0)}},
     .law = law,
-    .along = along,
+    .columns = columns,
 };

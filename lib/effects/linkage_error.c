@@ -13,62 +13,58 @@ static void change(const double *value, tl_effect_change *to) {
 }
 
 /* the motor's motion at row i, as the model's linkage gave the joint's from it */
-static void motor_motion(const tl_effect_stretch *s, int joint, size_t i, double motor[3], double *ratio) {
+static void motor_motion(const tl_effect_segment *s, int joint, size_t i, double motor[3]) {
   const tl_transmission *t = &s->model->drive[joint].transmission;
-  double slope, v = s->v[joint][i];
+  double slope, ratio, v = s->v[joint][i];
 
-  tl_transmission_ratio(t, s->q[joint][i], ratio, &slope);
+  tl_transmission_ratio(t, s->q[joint][i], &ratio, &slope);
   motor[0] = tl_transmission_motor_angle(t, s->q[joint][i]);
-  motor[1] = *ratio * v;
-  motor[2] = *ratio * s->a[joint][i] + slope * v * v;
+  motor[1] = ratio * v;
+  motor[2] = ratio * s->a[joint][i] + slope * v * v;
 }
 
-/* column of what `other` (a model with another linkage) shows at every row, times weight */
-static void add_shown(const tl_effect_stretch *s, int joint, const tl_model *other, int shows, double weight,
-                      double *column) {
-  double motor[3], moved[3], torque[TL_MAX_JOINTS], ratio, other_ratio, slope;
-  tl_motion now;
+/* what `other` (a model with another linkage) shows at every row, times weight, into the columns of strength k */
+static void add_shown(const tl_effect_prepared *p, int joint, const tl_model *other, double weight, int k,
+                      const tl_effect_wanted *wanted) {
+  const tl_effect_segment *s = p->segment;
+  double motor[3], moved[3], torque[TL_MAX_JOINTS], *column;
+  tl_motion now, moved_now;
   size_t i;
+  int c;
 
   for (i = 0; i < s->n; i++) {
-    motor_motion(s, joint, i, motor, &ratio);
+    motor_motion(s, joint, i, motor);
     tl_transmission_joint_motion(&other->drive[joint].transmission, motor, moved);
-    if (shows >= TL_MAX_JOINTS) {
-      column[i] += weight * moved[0];
-      continue;
-    }
     tl_columns_motion(s, i, &now);
-    now.q[joint] = moved[0];
-    now.v[joint] = moved[1];
-    now.a[joint] = moved[2];
-    tl_inverse(other, &now, torque);
-    tl_transmission_ratio(&s->model->drive[shows].transmission, s->q[shows][i], &other_ratio, &slope);
-    column[i] += weight * torque[shows] * other_ratio;
+    moved_now = now;
+    moved_now.q[joint] = moved[0];
+    moved_now.v[joint] = moved[1];
+    moved_now.a[joint] = moved[2];
+    tl_inverse(other, &moved_now, torque);
+    tl_joint_torque(s->model, now.q, torque, torque);
+    for (c = 0; c < TL_EFFECT_CHANNELS; c++)
+      if (c < TL_MAX_JOINTS || tl_columns_sees(joint, c))
+        if ((column = tl_columns_of(p, wanted, c, k)))
+          column[i] += weight * (c < TL_MAX_JOINTS ? torque[c] : moved[0]);
   }
 }
 
-static void along(const tl_effect_stretch *s, int joint, const double *shape, int shows, double *column) {
+static void columns(tl_effect_prepared *p, int joint, const double *shape, const tl_effect_wanted *wanted) {
   static const double sign[2] = {1.0, -1.0};
-  tl_model other = *s->model;
+  const tl_transmission *t = &p->segment->model->drive[joint].transmission;
+  tl_model other = *p->segment->model;
   int k, side;
 
   (void)shape;
-  for (k = 0; k < 4; k++) {
-    double *to = column + (size_t)k * s->n;
-    tl_columns_nothing(to, s->n);
-    if (s->model->drive[joint].transmission.kind != TL_TRANSMISSION_SCREW_LINKAGE) continue;
-    if (shows == TL_EFFECT_SHOWS_SHANK) continue;
-    for (side = 0; side < 2; side++) {
+  for (k = 0; k < 4 && t->kind == TL_TRANSMISSION_SCREW_LINKAGE; k++)
+    for (side = 0; side < 2 && tl_columns_wants(wanted, 1u << k); side++) {
       tl_effect_change c;
       double *const dimension[4] = {&c.AB_m, &c.BO_m, &c.AC_m, &c.BOF_rad};
       memset(&c, 0, sizeof c);
       *dimension[k] = sign[side] * STEP_M;
-      if (tl_effect_change_linkage(&c, &s->model->drive[joint].transmission,
-                                   &other.drive[joint].transmission) != TL_OK)
-        break;
-      add_shown(s, joint, &other, shows, sign[side] * 0.5 / STEP_M, to);
+      if (tl_effect_change_linkage(&c, t, &other.drive[joint].transmission) != TL_OK) break;
+      add_shown(p, joint, &other, sign[side] * 0.5 / STEP_M, k, wanted);
     }
-  }
 }
 
 const tl_effect_kind tl_effect_linkage_error = {
@@ -84,6 +80,6 @@ const tl_effect_kind tl_effect_linkage_error = {
                   {"AC_m", -0.01, 0.01, 0.0, 0, 0.0},
                   {"BOF_rad", -0.2, 0.2, 0.0, TL_DEFAULT(0.0)}},
     .change = change,
-    .along = along,
+    .columns = columns,
     .exact = 1,
 };

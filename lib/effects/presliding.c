@@ -11,11 +11,12 @@ static void change(const double *value, tl_effect_change *to) {
 
 /* So much of the friction follows z, z' = v (1 - z sgn v)^power / travel, in the place of the slip's sign.
  * z depends on the path alone, and is stepped in closed form. */
-static void along(const tl_effect_stretch *s, int joint, const double *shape, int shows, double *column) {
+static void columns(tl_effect_prepared *p, int joint, const double *shape, const tl_effect_wanted *wanted) {
+  const tl_effect_segment *s = p->segment;
+  double *column = tl_columns_of(p, wanted, joint, 0);
   size_t i;
 
-  tl_columns_nothing(column, s->n);
-  if (shows != joint || s->n == 0) return;
+  if (!column) return;
   tl_dahl_along(s->q[joint], s->n, shape[0], shape[1], s->slip[joint][0], column);
   for (i = 0; i < s->n; i++) column[i] -= s->slip[joint][i];
 }
@@ -33,6 +34,6 @@ const tl_effect_kind tl_effect_presliding = {
                   {"travel_rad", 1e-5, 0.2, 0.005, 0, 0.0},
                   {"power", 1.0, 2.0, 1.0, TL_DEFAULT(1.0)}},
     .change = change,
-    .along = along,
+    .columns = columns,
     .memory_s = 4.0,
 };

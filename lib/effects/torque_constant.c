@@ -7,13 +7,13 @@ static void change(const double *value, tl_effect_change *to) {
 }
 
 /* what the drive gives more need not be asked for */
-static void along(const tl_effect_stretch *s, int joint, const double *shape, int shows, double *column) {
+static void columns(tl_effect_prepared *p, int joint, const double *shape, const tl_effect_wanted *wanted) {
+  double *column = tl_columns_of(p, wanted, joint, 0);
   size_t i;
 
   (void)shape;
-  tl_columns_nothing(column, s->n);
-  if (shows != joint || !s->effort_Nm) return;
-  for (i = 0; i < s->n; i++) column[i] = -s->effort_Nm[i];
+  for (i = 0; i < p->segment->n && column && p->segment->effort_Nm; i++)
+    column[i] = -p->segment->effort_Nm[i];
 }
 
 const tl_effect_kind tl_effect_torque_constant = {
@@ -27,6 +27,6 @@ const tl_effect_kind tl_effect_torque_constant = {
     .shapes = 0,
     .parameter = {{"excess", -0.9, 2.0, 0.1, 0, 0.0}},
     .change = change,
-    .along = along,
+    .columns = columns,
     .exact = 1,
 };

@@ -105,6 +105,10 @@ class Model:
     def _text(string):
         return ffi.string(string).decode()
 
+    def transmission(self, joint):
+        """The transmission of a joint, over whole arrays; changes with the model."""
+        return Transmission(self, joint)
+
     @property
     def parameters(self):
         """Physical parameters by name, in the order of the C tables."""
@@ -170,6 +174,30 @@ def _plain(tree):
     if isinstance(tree, (list, tuple, numpy.ndarray)):
         return [_plain(value) for value in tree]
     return tree.item() if isinstance(tree, numpy.generic) else tree
+
+
+class Transmission:
+    """Motor angle, ratio and joint angle of a model's joint [rad], of whole arrays."""
+
+    def __init__(self, model, joint):
+        self.model, self.struct = model, ffi.addressof(model.struct.drive[joint], "transmission")
+
+    def motor_rad(self, joint_rad):
+        return self._each(lib.tl_transmission_motor_angles, joint_rad)
+
+    def ratio(self, joint_rad):
+        """d motor / d joint."""
+        return self._each(lib.tl_transmission_ratios, joint_rad)
+
+    def joint_rad(self, motor_rad):
+        """NaN where the linkage does not reach."""
+        return self._each(lib.tl_transmission_joint_angles, motor_rad)
+
+    def _each(self, function, angles):
+        angles = numpy.ascontiguousarray(angles, dtype=float)
+        out = numpy.empty_like(angles)
+        function(self.struct, pointer(angles), angles.size, pointer(out))
+        return out
 
 
 def score_settings(tree=None):

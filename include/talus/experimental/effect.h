@@ -99,19 +99,42 @@ enum {
   TL_EFFECT_SHOWS_SHANK = 3,   /* the camera's shank angle less the knee motor's [rad] */
   TL_EFFECT_SHOWS_FOOT = 4     /* the camera's foot less shank angle, less the ankle motor's [rad] */
 };
+#define TL_EFFECT_CHANNELS 5
 
-/* A stretch of recorded motion: arrays of n rows, as the motors' angles tell it. */
-typedef struct tl_effect_stretch {
+/* A segment of recorded motion, without a gap: arrays of n rows, as the motors' angles tell it. */
+typedef struct tl_effect_segment {
   const tl_model *model;
   size_t n;
-  const double *t_s; /* since the first recording's begin */
+  const double *t_s; /* as its stops have it */
   const double *q[TL_MAX_JOINTS], *v[TL_MAX_JOINTS], *a[TL_MAX_JOINTS], *slip[TL_MAX_JOINTS];
   const double *effort_Nm; /* the drive's torque where a sensor at the output was recorded. Nullable. */
   const tl_stop *stop[TL_MAX_JOINTS]; /* of each joint, rows as here */
   size_t stops[TL_MAX_JOINTS];
   const tl_window *window[TL_MAX_JOINTS]; /* that v and a come from; NULL: no matter how. Nullable. */
-  double *work;                           /* tl_effect_stretch_work(n) doubles */
-} tl_effect_stretch;
+  double link_inertia_kg_m2
+      [TL_MAX_JOINTS]; /* at the joint, leg straight, that a link beyond its transmission swings
+                                             * with; 0: the model's */
+} tl_effect_segment;
+
+/* What the columns of a segment share, whatever their shapes; each part is made when it is first asked for. */
+typedef struct tl_effect_prepared {
+  const tl_effect_segment *segment; /* must outlive this */
+  tl_model bare;                    /* the segment's model without friction, rotors and transmissions */
+  unsigned ready;                   /* which parts are made */
+  double *load_Nm[TL_MAX_JOINTS];   /* bare inverse dynamics */
+  double *motor_Nm[TL_MAX_JOINTS];  /* the plain model's torque as tl_inverse has it, through short stops */
+  double *ratio[TL_MAX_JOINTS];     /* that torque's at the joint, over it */
+  double *slope[TL_MAX_JOINTS][TL_MAX_JOINTS]
+               [3]; /* of the bare torque of the first by q, v and a of the second */
+  double *mount[6]; /* forces and lever arms on the base, of a leg */
+  double *work;
+} tl_effect_prepared;
+
+/* Columns that are asked for, and where they go. */
+typedef struct tl_effect_wanted {
+  unsigned strengths;                /* set of 1 << k; columns of others are not written */
+  double *shown[TL_EFFECT_CHANNELS]; /* by channel: column k at shown + k n. NULL: not asked for. */
+} tl_effect_wanted;
 
 typedef struct tl_effect_kind {
   const char *name;    /* id of the catalogue */
@@ -128,12 +151,13 @@ typedef struct tl_effect_kind {
    * torque of a mechanical kind does not depend on the load; its friction may. */
   void (*law)(const tl_effect_instant *now, const double *shape, double *torque, double *friction);
   /* Kinds that change the plant or its sensors have these two in its place: what they change, and to
-   * first order what a recording then shows (`shows`: a joint's torque or TL_EFFECT_SHOWS_...) per
-   * unit of each strength, of an effect at `joint`: column k at column + k n. A kind with both a law and
-   * `along` has the strengths of one at 0 in the other. */
+   * first order what a recording then shows per unit of each strength, of an effect at `joint`: the columns that
+   * are wanted, which hold 0 before. A kind with both a law and `columns` has the strengths of one at 0 in
+   * the other. */
   void (*change)(const double *value, tl_effect_change *to);
-  void (*along)(const tl_effect_stretch *s, int joint, const double *shape, int shows, double *column);
+  void (*columns)(tl_effect_prepared *p, int joint, const double *shape, const tl_effect_wanted *wanted);
   double memory_s; /* how far back its columns look */
+  int bridged;     /* 1: its columns of torques have been taken through short stops already */
   int exact;       /* 1: prediction makes the change itself (time, linkage) instead of adding columns */
 } tl_effect_kind;
 
@@ -187,24 +211,34 @@ void tl_effect_columns(const tl_effect_kind *kind, const double *shape, const tl
 /* The same at n instants: column k at column + k n. */
 void tl_effect_columns_at(const tl_effect_kind *kind, const double *shape, const tl_effect_instant *now,
                           size_t n, double *column);
-/* Doubles of work for a stretch of n rows. */
-size_t tl_effect_stretch_work(size_t n);
-/* The columns of any kind over a stretch, of an effect at `joint` (TL_MAX_JOINTS: the base): column k at
- * column + k n. Torque is that of the joint as in tl_effect_columns. */
-void tl_effect_columns_along(const tl_effect_kind *kind, int joint, const double *shape,
-                             const tl_effect_stretch *s, int shows, double *column);
+/* The instants of a joint over a segment, now[s->n]: what its laws depend on. temp_C is 0. */
+void tl_effect_instants(const tl_effect_segment *s, int joint, tl_effect_instant *now);
+
+/* Doubles that the columns of a segment of n rows need. */
+size_t tl_effect_prepared_memory(int joints, size_t n);
+/* Ready for the segment's columns; *s and memory must outlive p. */
+void tl_effect_prepare(tl_effect_prepared *p, const tl_effect_segment *s, double *memory);
+/* Undamped frequency [rad/s] of a link on a spring beyond its transmission, where so much of the joint's own inertia turns
+ * with its motor. */
+double tl_effect_link_rad_s(const tl_effect_prepared *p, int joint, double motor_share,
+                            double stiffness_Nm_rad);
+/* Columns over a segment of `shapes` shapes of one kind without a law of the instant (a law's are tl_effect_columns_at's),
+ * of an effect at `joint` (TL_MAX_JOINTS: the base): those of shape i from shape + i kind->shapes, i kind->strengths n
+ * further on in each channel. Torques are those of the joint, as in tl_effect_columns, angles in rad; first order. */
+void tl_effect_segment_columns(const tl_effect_kind *kind, int joint, const double *shape, size_t shapes,
+                               tl_effect_prepared *p, const tl_effect_wanted *wanted);
 /* Everything that n effects change at a joint (TL_MAX_JOINTS: at the base). */
 tl_effect_change tl_effects_change(const tl_effect *effect, int n, int joint);
 /* What n effects add to the recorded torque of a joint (leg: motor torque, so over the ratio). Kinds
- * without a law of the instant are left out: they are tl_effects_along's. temp_C: of the drive, where a heated
+ * without a law of the instant are left out: they are tl_effects_segment_torque's. temp_C: of the drive, where a heated
  * effect needs it. Nullable: effort_Nm. */
 double tl_effects_torque(const tl_effect *effect, int n, const tl_model *m, const tl_motion *motion,
                          int joint, double t_s, double temp_C, const double *effort_Nm);
 
-/* What the others add to the recorded torque of a joint, added to sum[n]; `column` holds
+/* What the others add to the recorded torque of a joint over a segment, added to sum[n]; `column` holds
  * TL_EFFECT_MAX_STRENGTHS n doubles. */
-void tl_effects_along(const tl_effect *effect, int n, const tl_effect_stretch *s, int joint, double *column,
-                      double *sum);
+void tl_effects_segment_torque(const tl_effect *effect, int n, tl_effect_prepared *p, int joint,
+                               double *column, double *sum);
 
 #ifdef __cplusplus
 }

@@ -48,10 +48,6 @@ typedef struct tl_two_mass_motion {
 void tl_two_mass_along(const tl_two_mass *link, const double *t_s, const double *motor_rad,
                        const double *motor_rad_s, const double *other_Nm, size_t n, tl_two_mass_motion *out);
 
-/* A filter of second order from rest along n instants: a[0] y[k] = sum of b[i] x[k-i] less a[1] y[k-1] and a[2] y[k-2].
- * a[0] != 0; y may be x. */
-void tl_filter_second_order(const double b[3], const double a[3], const double *x, size_t n, double *y);
-
 #ifdef __cplusplus
 }
 #endif

@@ -107,6 +107,11 @@ TL_CHECK tl_status tl_regression_motion(const tl_regression *r, const tl_block *
 /* The same, and then space->rows: on the grid, filtered, marked. */
 TL_CHECK tl_status tl_regression_block(const tl_regression *r, const tl_block *block, const tl_span *span,
                                        tl_regression_space *space);
+/* Columns of a segment's rows, column after column of s->n, as the rows of a joint's torque go through the regression (joint
+ * -1: as an angle's): through its short stops, on the even grid from begin_s and low-passed, into `grid` instants of
+ * each, one after the other. `column` is changed. */
+void tl_regression_columns(const tl_regression *r, const tl_effect_segment *s, int joint, double begin_s,
+                           double *column, size_t columns, double *out, size_t grid);
 /* After either: what the model with these base parameters predicts at row i of the block for `joint`. */
 double tl_regression_predict(const tl_regression_space *space, int joint, const double *base, size_t i);
 

@@ -88,6 +88,26 @@ void tl_simulation_joints(const tl_simulation *s, tl_motion *joints);
 TL_CHECK tl_status tl_simulate(const tl_model *m, tl_torque_law law, const void *context, double step_s,
                                tl_simulation *s, double until_s);
 
+/* A recorded motion on an even grid, and windows of it that are simulated anew from the recorded state under the
+ * recorded torque: in open loop a simulation runs away from any recording. */
+typedef struct tl_windows {
+  const tl_model *model;
+  const tl_effect *effect; /* as in tl_simulation. Nullable when effects is 0. */
+  int effects;
+  double begin_s; /* of row 0: time of the effects */
+  double step_s;
+  double longest_step_s;                             /* of the integration */
+  const double *q[TL_MAX_JOINTS], *v[TL_MAX_JOINTS]; /* recorded, by row */
+  const double *torque[TL_MAX_JOINTS];               /* as tl_forward takes it; straight between rows */
+  const size_t *first;                               /* row at which each window begins */
+  size_t count, steps;                               /* windows, and the rows that each goes on */
+  double *deviation; /* simulated less recorded q at row first + k + 1 of window i and joint j:
+                      * [(j steps + k) count + i] */
+} tl_windows;
+
+/* Fills w->deviation. Errors of tl_simulation_init and tl_simulate. */
+TL_CHECK tl_status tl_simulate_windows(const tl_windows *w);
+
 #ifdef __cplusplus
 }
 #endif

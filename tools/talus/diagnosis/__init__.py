@@ -5,15 +5,14 @@ One file, one subject, in the order in which a diagnosis runs:
     track.py            one recording: motion, regressor, and the operator that every column passes through
     noise.py            periods, blocks and the noise floor of each channel
     evidence.py         channels of all recordings as weighted rows
-    scene.py            the plain model's torques along one recording, which the effects are made of
+    scene.py            the plain model's torque terms along one recording, which the library computes
     effects/            one file an effect: its words, the shapes that are tried, all else that is known of it
     catalogue/          candidates: one effect at one joint in one shape, as columns
     gram.py             normal equations by block, fits and their error on blocks held out
     search.py           which effects, up to three
     verdict.py          probabilities, none and unknown
     figures.py          the gap in the contract's figures
-    motion.py           the model in forward time under the recorded torque, against the recorded motion
-    acting.py           effects in forward time
+    motion.py           the library's simulation under the recorded torque, against the recorded motion
     where.py            maps of the systematic residual
     experiment/         what to record next, and its trajectory
     report.py           GAP.json

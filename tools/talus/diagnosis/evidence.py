@@ -11,7 +11,6 @@ import numpy as np
 import talus
 
 from . import noise
-from .linkage import transmission
 
 SCORED, NEAR_STOP = 1, 2
 FOLDS = 5
@@ -39,6 +38,7 @@ class Evidence:
     def __init__(self, model, tracks, tree):
         self.model, self.tracks, self.tree = model, tracks, tree
         self.leg = model.plant == "leg"
+        self.models = {}  # the model at other base parameters, by these
         self.joints, self.bases = len(model.joints), len(model.base)
         self.prior = np.array(list(model.base.values()))
         self.identified = np.array(list(talus.Model.from_tree(tree).base.values()))
@@ -49,7 +49,7 @@ class Evidence:
         self.velocity_only = model.plant == "pendulum" and "joint_rad" not in tracks[0].columns
         self.load_sensor = "joint_load_Nm" in tracks[0].columns
         if self.leg:
-            self.transmissions = [transmission(tree[joint]["transmission"]) for joint in model.joints]
+            self.transmissions = [model.transmission(joint) for joint in range(len(model.joints))]
             self.ankle_rad = [self.transmissions[1].joint_rad(t.columns["ankle_motor_rad"]) for t in tracks]
         self.channels = [c for record in range(len(tracks)) for c in self._channels(record)]
         self.kinds = sorted({c.kind for c in self.channels})

@@ -7,6 +7,8 @@ it does. The order of the unknowns is: base parameters, one constant for each ki
 
 import numpy as np
 
+from .catalogue.law import Column, shown_by
+
 RIDGE = 1e-10  # of unit columns: keeps what cannot be told apart solvable, far below any noise
 TINY = 1e-12
 REWEIGHINGS = 3
@@ -69,17 +71,14 @@ class Gram:
         return out
 
     def _fill(self):
-        kept = [([], np.zeros((len(self.columns), layout.rows), np.float32)) for layout in self.layouts]
-        for number, column in enumerate(self.columns):
-            shown = [column(scene) for scene in self.scenes]
-            for layout, (owner, rows) in zip(self.layouts, kept):
-                if not any(layout.kind in s for s in shown):
-                    continue
-                for record, channel in layout.channel.items():
-                    if layout.kind in shown[record]:
-                        layout.put(rows[len(owner)], record, shown[record][layout.kind][channel.thinned])
-                owner.append(number)
-        self.owner = [np.array(owner, int) for owner, _ in kept]
+        kept = [({}, np.zeros((len(self.columns), layout.rows), np.float32)) for layout in self.layouts]
+        for record, scene in enumerate(self.scenes):
+            for column, shown in every_shown(scene, self.columns):
+                for layout, (owner, rows) in zip(self.layouts, kept):
+                    if layout.kind in shown and record in layout.channel:
+                        place = owner.setdefault(self.place[column], len(owner))
+                        layout.put(rows[place], record, shown[layout.kind][layout.channel[record].thinned])
+        self.owner = [np.array(list(owner), int) for owner, _ in kept]
         self.rows = [rows[:len(owner)] for owner, rows in kept]
 
     def _prepare(self, candidates):
@@ -271,6 +270,12 @@ class Gram:
         out[:, self.base] = found[:, :len(self.base)]
         out[:, self.first:] = found[:, len(self.base):]
         return out
+
+
+def every_shown(scene, columns):
+    """Yields (column, {channel: its values on the grid}): the library's many at once, a recording's own one by one."""
+    yield from shown_by(scene, [column for column in columns if isinstance(column, Column)])
+    yield from ((column, column(scene)) for column in columns if not isinstance(column, Column))
 
 
 def groups(candidates):

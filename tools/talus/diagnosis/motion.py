@@ -1,104 +1,26 @@
-"""The motion gap: the model moved forward in time by the recorded torque, against the recorded motion.
+"""The motion gap: the library's simulation of the model under the recorded torque, against the recorded motion.
 
 The recorded torque in open loop runs away from any recording, so the motion begins anew at the recorded state every
-WINDOW_S, in all windows at once. docs/diagnosis.md has the equations and their limits.
+WINDOW_S. Effects that forward time knows act in the simulation; of all others, what they are along the recorded motion is
+taken off the torque. docs/diagnosis.md has the limits.
 """
 
 import numpy as np
 
-from .acting import Acting
-from .scene import Scene
+from talus import TalusError, check, ffi, lib, pointer
+
+from .catalogue.law import BASE
+from .kinds import kind_of
+from .scene import model_at
 
 WINDOW_S = 0.25
-LONGEST_STEP_S = 0.0025
-RARELY = 20  # samples between two looks at the inertia
-SMALL = 1e-6  # rad and rad/s, of differences
+LONGEST_STEP_S = 0.005
 MOST_OF_GIVEN = 4.0  # factor on the given inertia beyond which a fit's is not a plant's
-
-
-class Plant:
-    """A model along one recording on the grid, linear about the recorded motion but for dry friction. Each array is
-    (joints, ..., n)."""
-
-    def __init__(self, scene):
-        joints = self.joints = range(scene.evidence.joints)
-        self.q, self.v = (np.array([scene.grid(name, j) for j in joints]) for name in ("q", "v"))
-        self.coulomb_Nm, self.viscous = (np.maximum(x, 0.0) for x in (scene.coulomb_Nm, scene.viscous))
-        own = inertia_of(scene, scene.base)
-        self.inertia = np.array([[scene.track.resample(own[i][j]) for j in joints] for i in joints])
-        self.by_position, self.by_speed = slopes(scene)
-        self.a = np.array([scene.track.resample(scene.a[j]) for j in joints])
-        self.beyond_Nm = self._beyond(scene, own)
-
-    def _beyond(self, scene, inertia):
-        """What is to be added to a residual for the torque that moves each joint: the reading, unfiltered, less all
-        that the plain model needs besides this joint's own acceleration and friction."""
-        track, out = scene.track, []
-        for j in self.joints:
-            reading = scene.evidence.effort(scene.record, j)
-            model = track.operate(scene.joint_Nm[j] / scene.ratio[j], j)
-            besides = scene.link_Nm[j] + scene.rotor_Nm[j] - inertia[j][j] * scene.a[j]
-            out.append(scene.grid("ratio", j) * (track.resample(reading) - track.operate(reading) + model)
-                       - track.resample(besides))  # fmt: skip
-        return np.array(out)
-
-    @staticmethod
-    def at_joint(scene, columns):
-        """Motor torques (joints, n) as torques at the joints."""
-        return np.array([scene.grid("ratio", j) * column for j, column in enumerate(columns)])
-
-
-def inertia_of(scene, base):
-    """Inertia at the joints with the rotors at some base parameters, (joints, joints, n) at the samples."""
-    if not scene.evidence.leg:
-        names = list(scene.evidence.model.base)
-        return np.full((1, 1, len(scene.t_s)), base[names.index("mass" if "mass" in names else "inertia")])
-    out = scene._leg_inertia(base)[0]
-    out[1, 1] = out[1, 1] + base[4] * scene.ratio[1] ** 2
-    return out
-
-
-def is_plausible(scene):
-    """Is the fit's inertia one that a plant can have, and within a factor of the given one?"""
-    mine, given = (np.moveaxis(inertia_of(scene, x)[:, :, ::RARELY], -1, 0) for x in (scene.base, scene.evidence.prior))
-    try:
-        roots = np.linalg.inv(np.linalg.cholesky(given))
-    except np.linalg.LinAlgError:
-        return True  # nothing to compare with
-    share = np.linalg.eigvalsh(roots @ mine @ np.swapaxes(roots, 1, 2))
-    return bool(share.min() > 1 / MOST_OF_GIVEN and share.max() < MOST_OF_GIVEN)
-
-
-def plant_of(search, record, base):
-    """The plant of a fit; that of the given model where the fit's inertia is none that a plant can have."""
-    scene = Scene(search.evidence, record, base)
-    return Plant(scene if is_plausible(scene) else Scene(search.evidence, record, search.evidence.prior))
-
-
-def slopes(scene):
-    """Derivatives of the links' torques by position and by speed, (joints, joints, n) each, friction apart."""
-    joints, resample = range(scene.evidence.joints), scene.track.resample
-    if not scene.evidence.leg:
-        names, raw = list(scene.evidence.model.base), scene.track.raw[0]
-        slope = np.zeros(len(raw))
-        if "gravity_sin" in names:
-            sine, cosine = names.index("gravity_sin"), names.index("gravity_cos")
-            slope = scene.base[sine] * raw[:, cosine] - scene.base[cosine] * raw[:, sine]
-        return resample(slope)[None, None], np.zeros((1, 1, len(scene.track.grid_t_s)))
-
-    def slope(of):
-        columns = []
-        for j in joints:
-            at = {"q": scene.q, "v": scene.v}
-            at[of] = at[of] + SMALL * np.eye(len(joints))[:, j:j + 1]
-            columns.append((scene.links(at["q"], at["v"], scene.a) - scene.link_Nm) / SMALL)
-        return np.array([[resample(columns[j][i]) for j in joints] for i in joints])
-
-    return slope("q"), slope("v")
+POSES = 9  # of the last joint, at which the inertia is looked at
 
 
 class Windows:
-    """Stretches of the grid that do not overlap, in the rows that are kept at every joint."""
+    """Ranges of the grid that do not overlap, in the rows that are kept at every joint."""
 
     def __init__(self, track):
         self.steps = max(2, round(WINDOW_S / track.step_s))
@@ -113,62 +35,108 @@ class Windows:
                 else:
                     first += 1
             begin += part["n"]
-        self.starts = np.array(starts, int)
+        self.starts = np.array(starts, np.uint64)
 
 
-def accelerations(f, v, inertia, coulomb_Nm):
-    """Of every joint under torque `f` beside dry friction; a joint at rest stays so while friction can hold it."""
-    way = np.where(v != 0, np.sign(v), np.sign(f))
-    rests = (v == 0) & (np.abs(f) <= coulomb_Nm)
-    push = np.where(rests, 0.0, f - coulomb_Nm * way)
-    if len(f) == 1:
-        return push / inertia[0, 0]
-    m00, m11 = inertia[0, 0], inertia[1, 1]
-    cross = np.where(rests.any(0), 0.0, inertia[0, 1])
-    out = np.array([m11 * push[0] - cross * push[1], m00 * push[1] - cross * push[0]]) / (m00 * m11 - cross**2)
-    return np.where(rests, 0.0, out)
+# ---- the plant ---------------------------------------------------------------------
 
 
-def step(f, v, inertia, coulomb_Nm, h):
-    """(speed after h, distance): a joint that comes to rest within the step goes on from rest."""
-    a = accelerations(f, v, inertia, coulomb_Nm)
-    after = v + h * a
-    stops = v * after < 0
-    if not stops.any():
-        return after, 0.5 * h * (v + after)
-    spent = np.where(stops, v / np.where(stops, -a, 1.0), 0.0)
-    again = accelerations(f, np.where(stops, 0.0, v), inertia, coulomb_Nm) * (h - spent)
-    moved = np.where(stops, 0.5 * spent * v + 0.5 * (h - spent) * again, 0.5 * h * (v + after))
-    return np.where(stops, again, after), moved
+def inertia_over(model, angles):
+    """Inertia matrices at some poses (poses, joints)."""
+    joints, out = len(model.joints), []
+    for pose in angles:
+        matrix = np.zeros((joints, joints))
+        lib.tl_inertia_matrix(model.struct, pointer(np.resize(pose, BASE).astype(float)), pointer(matrix))
+        out.append(matrix)
+    return np.array(out)
 
 
-def deviations(plant, windows, torque_Nm):
-    """Simulated less recorded position at every instant of all windows: (joints, steps, windows). `torque_Nm` is what
-    acts on each joint beyond gravity, the other joint and all effects but dry friction."""
-    every = max(1, int(np.ceil(windows.step_s / LONGEST_STEP_S)))
-    h, starts = windows.step_s / every, windows.starts
-    viscous = plant.viscous[:, None]
-    crossing = 1.0 - np.eye(len(torque_Nm))[:, :, None]
-    v, e, out = plant.v[:, starts], np.zeros((len(torque_Nm), len(starts))), []
-    states = [memory.recorded[starts] for memory in plant.memories]
-    for k in range(windows.steps):
-        inertia, coulomb_Nm = plant.inertia[:, :, starts + k], plant.level_Nm[:, starts + k]
-        for part in range(every):
-            share = (part + 0.5) / every
-            between = lambda x: (1 - share) * x[..., starts + k] + share * x[..., starts + k + 1]
-            ahead = v - between(plant.v)
-            f = between(torque_Nm) + np.einsum("ijw,jw->iw", crossing * inertia, between(plant.a)) - viscous * v
-            f -= np.einsum("ijw,jw->iw", plant.by_position[..., starts + k], e)
-            f -= np.einsum("ijw,jw->iw", plant.by_speed[..., starts + k], ahead)
-            for memory, state in zip(plant.memories, states):
-                ahead = memory.moved(state, 0.5 * h * v[memory.joint]) - between(memory.recorded)
-                f[memory.joint] -= memory.size_Nm * ahead
-            v, moved = step(f, v, inertia, coulomb_Nm, h)
-            states = [memory.moved(state, moved[memory.joint]) for memory, state in zip(plant.memories, states)]
-            e = e + moved
-        e = e - (plant.q[:, starts + k + 1] - plant.q[:, starts + k])
-        out.append(e)
-    return np.moveaxis(np.array(out), 1, 0)
+def is_plausible(scene):
+    """Is the fit's inertia one that a plant can have, and within a factor of the given one?"""
+    poses = np.array([np.quantile(q[scene.track.inside], np.linspace(0, 1, POSES)) for q in scene.q]).T
+    mine, given = (inertia_over(model, poses) for model in (scene.model, scene.evidence.model))
+    try:
+        roots = np.linalg.inv(np.linalg.cholesky(given))
+    except np.linalg.LinAlgError:
+        return True  # nothing to compare with
+    share = np.linalg.eigvalsh(roots @ mine @ np.swapaxes(roots, 1, 2))
+    return bool(share.min() > 1 / MOST_OF_GIVEN and share.max() < MOST_OF_GIVEN)
+
+
+def plant_of(search, record, base):
+    """The model of a fit, its friction none below 0; the given one where the fit's inertia is none that a plant can have."""
+    scene = search.scenes[record]
+    fitted = scene if np.array_equal(scene.base, base) else scene.at(base, scene.torque_constant_error)
+    model = (fitted.model if is_plausible(fitted) else model_at(scene.evidence, scene.evidence.prior)).copy()
+    for j in range(scene.evidence.joints):
+        drive = model.struct.drive[j]
+        drive.coulomb_Nm, drive.viscous_Nms_rad = max(drive.coulomb_Nm, 0.0), max(drive.viscous_Nms_rad, 0.0)
+    return model
+
+
+# ---- effects -----------------------------------------------------------------------
+
+
+def effect_of(evidence, candidate, strengths):
+    """A candidate as the library's effect."""
+    kind, values = kind_of(candidate.effect), candidate.entry(strengths)
+    effect = ffi.new("tl_effect *", {"kind": kind.struct})
+    joints = evidence.model.joints
+    effect.joint = joints.index(candidate.joint) if candidate.joint in joints else BASE
+    for k, parameter in enumerate(kind.parameters):
+        effect.value[k] = values.get(parameter.name, parameter.default_value or 0.0)
+    return effect
+
+
+def acts_in_time(effect, model):
+    """Does forward time know it: a mechanical law, within its range?"""
+    known = effect.kind.acts == lib.TL_EFFECT_MECHANICAL and lib.tl_effect_fit_only(effect) < 0
+    return known and lib.tl_effect_check(effect, model.struct) == lib.TL_OK
+
+
+def acting(search, record, model, chosen, strengths):
+    """(effects that act in the simulation, what the others are along the recorded motion, (joints, n) on the grid)."""
+    scene, rest = search.scenes[record], list(strengths)
+    effects, fixed = [], np.zeros((scene.evidence.joints, len(scene.track.grid_t_s)))
+    for candidate in chosen:
+        own, rest = rest[:len(candidate.columns)], rest[len(candidate.columns):]
+        for part, mine in candidate.pieces(own):
+            effect = effect_of(scene.evidence, part, mine)
+            if acts_in_time(effect, model):
+                effects.append(effect)
+                continue
+            for column, strength in zip(part.columns, mine):
+                for name, values in column(scene).items():
+                    if name[0] == "T":
+                        fixed[int(name[1])] += strength * values
+    return effects, fixed
+
+
+# ---- the simulation ----------------------------------------------------------------
+
+
+def deviations(scene, windows, model, effects, torque):
+    """Simulated less recorded position of every joint in all windows, (joints, steps, windows); None where the plant
+    cannot be simulated."""
+    joints = range(scene.evidence.joints)
+    q, v = ([np.ascontiguousarray(scene.grid(name, j)) for j in joints] for name in ("q", "v"))
+    torque = [np.ascontiguousarray(x) for x in torque]
+    out = np.zeros((len(joints), windows.steps, len(windows.starts)))
+    every = ffi.new("tl_effect[]", max(len(effects), 1))
+    for place, effect in enumerate(effects):
+        every[place] = effect[0]
+    spec = ffi.new("tl_windows *", {"model": model.struct, "effect": every, "effects": len(effects), "step_s": windows.step_s,
+                   "begin_s": scene.track.grid_t_s[0] - scene.t_s[0], "longest_step_s": LONGEST_STEP_S,
+                   "first": ffi.from_buffer("size_t[]", windows.starts), "count": len(windows.starts), "steps": windows.steps,
+                   "deviation": pointer(out)})  # fmt: skip
+    for name, rows in (("q", q), ("v", v), ("torque", torque)):
+        for j in joints:
+            getattr(spec, name)[j] = pointer(rows[j])
+    try:
+        check(lib.tl_simulate_windows(spec))
+    except TalusError:
+        return None
+    return out
 
 
 def deviations_of(search, record, chosen, residuals):
@@ -176,13 +144,11 @@ def deviations_of(search, record, chosen, residuals):
     evidence, windows = search.evidence, Windows(search.evidence.tracks[record])
     if not len(windows.starts):
         return None
-    plant = plant_of(search, record, residuals.strengths[:evidence.bases])
-    left = plant.at_joint(search.scenes[record], [residuals.of[record, f"T{j}"] for j in plant.joints])
-    acting = Acting(search, record, chosen, residuals)
-    plant.level_Nm = np.maximum(plant.coulomb_Nm[:, None] + acting.level_Nm, 0.0)
-    plant.memories = acting.memories
-    plant.by_position = plant.by_position + acting.slope_Nm_rad
-    return deviations(plant, windows, left + plant.beyond_Nm + acting.sliding_Nm)
+    model = plant_of(search, record, residuals.strengths[:evidence.bases])
+    effects, fixed = acting(search, record, model, chosen, residuals.strengths[search.gram.first:])
+    scene = search.scenes[record]
+    torque = [scene.track.resample(evidence.effort(record, j)) - fixed[j] for j in range(evidence.joints)]
+    return deviations(scene, windows, model, effects, torque)
 
 
 def rms(search, chosen, residuals):

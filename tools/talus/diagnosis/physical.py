@@ -1,13 +1,11 @@
 """From base parameters, which are linear in the torque, to physical ones."""
 
 import numpy as np
-from scipy.optimize import least_squares
 
-from talus import ffi, lib
+from talus import ffi, lib, pointer
 
 MOST_NEWTON_STEPS = 20
 CONVERGED = 1e-9
-STEP = 1e-6
 PRIOR_CHI2 = 0.01  # of a parameter as far from its prior as that is large: decides only what the data leave open
 SEEN = 1e-9  # of the largest slope: a parameter that moves less is not seen
 LEAST_SHARE = 1e-3  # of its prior, that a positive parameter keeps
@@ -28,8 +26,10 @@ class Parameters:
         return np.array(list(self._trial.base.values()))
 
     def slope(self, u):
-        now = self.base(u)
-        return np.array([(self.base(u + STEP * e) - now) / STEP for e in np.eye(len(u))]).T
+        self._trial.set_parameters(**self.values(u))
+        jacobian = np.empty((len(self._trial.base), len(u)))
+        lib.tl_base_jacobian(self._trial.struct, pointer(jacobian))
+        return jacobian * self.scale
 
     def lower(self):
         """The physical bounds of u."""
@@ -58,6 +58,8 @@ def constrained(model, root, best, low, high):
 
     `root` is an upper triangle R with chi-square = |R (x - best)|^2 above its least; `low` and `high` are the limits of
     the other unknowns. Physical parameters keep their bounds, and what the fit leaves open stays near its prior."""
+    from scipy.optimize import least_squares  # slow to load, and few runs need it
+
     parameters, bases = Parameters(model), len(model.base)
     count, size = len(parameters.start), 1.0 / np.maximum(np.sqrt((root[:, bases:] ** 2).sum(0)), 1e-12)
     moves = np.linalg.norm(root[:, :bases] @ parameters.slope(np.zeros(count)), axis=0)

@@ -1,17 +1,18 @@
-"""The plain model's torques along one recording, at its samples: what the effects' columns are made of."""
+"""The plain model's torque terms along one recording, at its samples: what the effects' columns are made of. The library
+computes them (tl_effect_instants)."""
 
 import copy
 
 import numpy as np
 
-from talus import ffi
+from talus import constants, ffi, lib, pointer
 
 from .physical import physical
 
-SMALL_ANGLE = 1e-4  # rad, of differences
-GRAVITY_M_S2 = 9.81
 TEMPERATURE_WINDOW_S = 2.0  # a gear's temperature changes slower, its sensor's noise faster
 INSTANT = np.dtype([(name, float) for name, _ in ffi.typeof("tl_effect_instant").fields])
+INERTIA_WITHIN = 4.0  # of the given model's, that a link's stays where an effect drives the fit far out of range
+MOTION = ("q", "v", "a", "slip")
 
 
 class Scene:
@@ -24,25 +25,18 @@ class Scene:
         self.track = track = evidence.tracks[record]
         self.q, self.v, self.a, self.slip = track.q, track.v, track.a, track.slip
         self.t_s, self.step_s, self.columns = track.t_s, track.step_s, track.columns
-        self.offset_Nm, self.drive_Nm, self._kept, self._latest = 0.0, None, {}, (None, None)
-        if evidence.leg:
-            self._leg()
-        else:
-            self._single()
+        self.drive_Nm, self._kept = None, {}
         if evidence.load_sensor:
-            self._load_sensor()
-        joints = range(evidence.joints)
-        self.friction_Nm = np.array([self.coulomb_Nm[j] * self.slip[j] + self.viscous[j] * self.v[j] for j in joints])
-        self.joint_Nm = self.link_Nm + self.rotor_Nm + self.friction_Nm
-        self.motor_Nm = np.array([track.bridge(self.joint_Nm[j] / self.ratio[j], j) for j in joints]) + self.offset_Nm
-        if self.drive_Nm is not None:
-            self.joint_Nm = self.motor_Nm = self.drive_Nm
-
-    def copied(self):
-        """The same scene, to be changed: nothing that was made of it is kept."""
-        out = copy.copy(self)
-        out._kept, out._latest = {}, (None, None)
-        return out
+            self.given_drive_Nm = (self.columns["joint_current_A"] * evidence.drive_gain())[None]
+            self.drive_Nm = (1 + torque_constant_error) * self.given_drive_Nm
+        self.model = model_at(evidence, self.base)
+        self.segments = [self._segment(number) for number in range(len(track.parts))]
+        self._take_instants()
+        drives = [self.model.struct.drive[j] for j in range(evidence.joints)]
+        self.coulomb_Nm = [drive.coulomb_Nm for drive in drives]
+        self.viscous = [drive.viscous_Nms_rad for drive in drives]
+        if evidence.leg:
+            self.travel_rad = np.array([evidence.transmissions[0].joint_rad(self.motor_rad[0]), evidence.ankle_rad[record]])
 
     def once(self, key, make):
         """A value that several columns share."""
@@ -50,35 +44,115 @@ class Scene:
             self._kept[key] = make()
         return self._kept[key]
 
-    def latest(self, key, make):
-        """As once(), but only the last value is kept: columns that share it are made one after the other."""
-        if self._latest[0] != key:
-            self._latest = key, make()
-        return self._latest[1]
+    def at(self, base, torque_constant_error=0.0):
+        """The same recording at other base parameters."""
+        return Scene(self.evidence, self.record, base, torque_constant_error)
 
-    def library_model(self):
-        """A model of the library with this scene's parameters; physical or not, its laws take them."""
+    # ---- segments ------------------------------------------------------------------
+
+    def _segment(self, number):
+        """A part of the recording for the library; what it points to stands beside it."""
+        part, track = self.track.parts[number], self.track
+        begin, end = part["begin"], part["end"]
+        segment, alive = ffi.new("tl_effect_segment *"), [self.model, np.ascontiguousarray(self.t_s[begin:end])]
+        segment.model, segment.n, segment.t_s = self.model.struct, end - begin, pointer(alive[1])
+        for j in range(self.evidence.joints):
+            stops, sensing = part["stops"][j], track.regression.struct.sensing[j]
+            recorded_speed = track.regression.struct.layout.position[j] == lib.TL_CHANNEL_COUNT  # runs on through stops
+            segment.stop[j], segment.stops[j] = stops, 0 if recorded_speed else len(stops)
+            segment.window[j] = ffi.NULL if sensing.across else ffi.addressof(sensing, "window")
+            for name in MOTION:
+                alive.append(np.ascontiguousarray(getattr(self, name)[j][begin:end]))
+                getattr(segment, name)[j] = pointer(alive[-1])
+        if self.drive_Nm is not None:
+            alive.append(np.ascontiguousarray(self.drive_Nm[0][begin:end]))
+            segment.effort_Nm = pointer(alive[-1])
+        self._limit_inertia(segment)
+        return segment, alive
+
+    def _limit_inertia(self, segment):
+        """An effect can drive the fitted inertia far out of range: links swing with one near the given model's."""
+        mine, given = straight_inertia(self.model), straight_inertia(self.evidence.model)
+        for j in range(self.evidence.joints if self.evidence.leg else 0):
+            segment.link_inertia_kg_m2[j] = np.clip(mine[j], given[j] / INERTIA_WITHIN, given[j] * INERTIA_WITHIN)
+
+    def prepared(self, number):
+        """A segment ready for the library's columns; what its columns share is made once."""
         def make():
-            model = self.evidence.model.copy()
-            model.set_parameters(**(physical(model, self.base) or {}))
-            return model
-        return self.once("library model", make)
+            segment = self.segments[number][0]
+            memory = np.empty(lib.tl_effect_prepared_memory(self.evidence.joints, segment.n))
+            out = ffi.new("tl_effect_prepared *")
+            lib.tl_effect_prepare(out, segment, pointer(memory))
+            return out, memory
+        return self.once(("prepared", number), make)[0]
 
-    def instants(self, j):
-        """What the library's laws depend on at a joint: its tl_effect_instant at every sample."""
-        return self.once(("instants", j), lambda: self._instants(j))
+    def link_rad_s(self, j, motor_share, stiffness):
+        """Frequency of a link on a spring beyond its transmission, undamped."""
+        return lib.tl_effect_link_rad_s(self.prepared(0), j, motor_share, stiffness)
 
-    def _instants(self, j):
-        now, load = np.zeros(len(self.t_s), INSTANT), self.link_Nm[j] + self.rotor_Nm[j]
-        now["q"], now["v"], now["slip"], now["t_s"] = self.q[j], self.v[j], self.slip[j], self.t_s - self.t_s[0]
-        now["ratio"], now["motor_rad"] = self.gear * self.ratio[j], self.gear * self.motor_rad[j]
-        now["motor_Nm"], now["temp_C"] = self.motor_Nm[j] / self.gear, self._temperature(j)
-        now["load_Nm"], now["rotor_Nm"], now["friction_Nm"] = load, self.rotor_Nm[j], self.friction_Nm[j]
-        if self.evidence.leg:
-            now["gravity_tilt_Nm"] = self.tilt_Nm()[j]
-        if self.drive_Nm is not None:  # the gear carries what the drive gives
-            now["effort_Nm"], now["rotor_Nm"], now["friction_Nm"] = self.drive_Nm[j], 0.0, 0.0
+    def channels_of(self, joint):
+        """Channels that can show an effect at a joint, or at the base, that is no law of the instant."""
+        angles = {0: ("K",), 1: ("E", "F"), constants.TL_MAX_JOINTS: ("K",)}[joint]
+        return [*(f"T{j}" for j in range(self.evidence.joints)), *(name for name in angles if name in self.evidence.kinds)]
+
+    def operated(self, samples, joint):
+        """(columns, samples) of torques at a joint -> (columns, grid), as the score has its rows."""
+        parts = [self.operated_part(samples[:, part["begin"]:part["end"]], joint, number)
+                 for number, part in enumerate(self.track.parts)]  # fmt: skip
+        return np.concatenate(parts, axis=1)
+
+    def operated_part(self, samples, joint, number, bridged=False):
+        """The same of one part; of an angle where `joint` is None. `bridged`: has gone through short stops already."""
+        part = self.track.parts[number]
+        rows = slice(part["begin"], part["end"])
+        columns = np.ascontiguousarray(samples if joint is None else samples / self.ratio[joint][rows])
+        columns = columns.copy() if columns is samples else columns
+        out = np.empty((len(columns), part["n"]))
+        lib.tl_regression_columns(self.track.regression.struct, self.segments[number][0], -1 if joint is None or bridged else joint,
+                                  part["rows"][0].t[0], pointer(columns), len(columns), pointer(out), part["n"])  # fmt: skip
+        return out
+
+    # ---- torque terms --------------------------------------------------------------
+
+    def instants(self, j, session=False):
+        """What the library's laws depend on at a joint: its tl_effect_instant at every sample. Time counts from the
+        recording's begin, or over all recordings one after the other."""
+        if session and self.record:
+            return self.once(("session", j), lambda: self._over_session(j))
+        return self._instants[j]
+
+    def _over_session(self, j):
+        now, tracks = self._instants[j].copy(), self.evidence.tracks[:self.record]
+        now["t_s"] += sum(track.t_s[-1] - track.t_s[0] for track in tracks)
         return now
+
+    def _take_instants(self):
+        """Instants of every joint, and their fields as arrays with one row a joint."""
+        joints = range(self.evidence.joints)
+        self._instants = [np.zeros(len(self.t_s), INSTANT) for _ in joints]
+        for j, now in enumerate(self._instants):
+            for (segment, _), part in zip(self.segments, self.track.parts):
+                rows = now[part["begin"]:part["end"]]
+                lib.tl_effect_instants(segment, j, ffi.from_buffer("tl_effect_instant[]", rows, require_writable=True))
+            self._add_recorded(j, now)
+        every = lambda name: np.array([now[name] for now in self._instants])
+        whole, self.rotor_Nm, self.friction_Nm = every("load_Nm"), every("rotor_Nm"), every("friction_Nm")
+        self.link_Nm, self.joint_Nm = whole - self.rotor_Nm, whole + self.friction_Nm
+        self.motor_rad, self.motor_Nm, self.ratio = every("motor_rad"), every("motor_Nm"), every("ratio")
+        self.gear = 1.0
+        if not self.evidence.leg:  # torques and angles are the joint's here: motor turns for one of it
+            self.gear = float(self.ratio[0, self.track.parts[0]["begin"]])
+            self.motor_Nm, self.ratio = self.gear * self.motor_Nm, np.ones_like(self.ratio)
+            self.motor_rad = self.travel_rad = self.q
+
+    def _add_recorded(self, j, now):
+        """What the recording itself tells, and the motor's torque through short stops."""
+        now["t_s"] -= self.t_s[0]
+        now["temp_C"] = self._temperature(j)
+        if self.drive_Nm is None:
+            now["motor_Nm"] = self.track.bridge(now["motor_Nm"], j)
+        if self.evidence.leg:
+            now["motor_rad"] = self.columns[f"{self.evidence.model.joints[j]}_motor_rad"]
 
     def _temperature(self, j):
         """Of a joint's drive, smoothed [C]; 0 where it was not recorded."""
@@ -92,83 +166,31 @@ class Scene:
         """An array of this scene on the grid."""
         return self.once(("grid", name, joint), lambda: self.track.resample(getattr(self, name)[joint]))
 
-    # ---- leg -----------------------------------------------------------------------
 
-    def _leg(self):
-        tree, b = self.evidence.tree, self.base
-        self.shank_m, self.foot_kg = tree["shank"]["length_m"], tree["foot"]["mass_kg"]
-        self.gravity = tree.get("gravity_m_s2", GRAVITY_M_S2)
-        knee, ankle = self.evidence.transmissions
-        ratio = ankle.ratio(self.q[1])
-        bend = (ankle.ratio(self.q[1] + 1e-5) - ankle.ratio(self.q[1] - 1e-5)) / 2e-5
-        self.ratio, self.gear = np.array([knee.ratio(self.q[0]), ratio]), 1.0
-        self.link_Nm = self.links(self.q, self.v, self.a)
-        rotor = b[4] * (ratio * ratio * self.a[1] + ratio * bend * self.v[1] ** 2)
-        self.rotor_Nm = np.array([np.zeros_like(rotor), rotor])
-        self.coulomb_Nm, self.viscous = (b[5], b[7]), (b[6], b[8])
-        self.motor_rad = np.array([self.columns["knee_motor_rad"], self.columns["ankle_motor_rad"]])
-        self.travel_rad = np.array([knee.joint_rad(self.motor_rad[0]), self.evidence.ankle_rad[self.record]])
-        self.inertia, effective = self._leg_inertia(b)
-        # an effect can drive the fitted inertia far out of range: kept within a factor 4 of the file's
-        near = self._leg_inertia(self.evidence.prior)[1]
-        self.link_inertia = [float(np.clip(x, 0.25 * y, 4 * y)) for x, y in zip(effective, near)]
+def model_at(evidence, base):
+    """The library's model with these base parameters; physical or not, its laws take them. One at a time is kept."""
+    key = id(evidence.model), np.asarray(base, float).tobytes()
+    if evidence.models.get("key") != key:
+        evidence.models.update(key=key, model=_model_at(evidence, base))
+    return evidence.models["model"]
 
-    def _leg_inertia(self, b):
-        coupling = b[2] * self.shank_m * np.cos(self.q[1])
-        whole = b[0] + self.foot_kg * self.shank_m**2 + b[3] + 2 * coupling
-        foot = np.full_like(whole, b[3])
-        straight = b[0] + self.foot_kg * self.shank_m**2 + b[3] + 2 * b[2] * self.shank_m
-        return np.array([[whole, b[3] + coupling], [b[3] + coupling, foot]]), (straight, b[3])
 
-    def links(self, q, v, a):
-        """Torques of both links' inertia and gravity at the joints, (2, n)."""
-        b, shank, cosine, sine = self.base, self.shank_m, np.cos(q[1]), np.sin(q[1])
-        knee_gravity, foot_gravity = self.gravity * np.sin(q[0]), self.gravity * np.sin(q[0] + q[1])
-        foot_a = a[0] + a[1]
-        of_knee = shank * cosine * (a[0] + foot_a) - shank * sine * (2 * v[0] + v[1]) * v[1] + foot_gravity
-        of_ankle = shank * cosine * a[0] + shank * sine * v[0] ** 2 + foot_gravity
-        known = self.foot_kg * shank * (shank * a[0] + knee_gravity)
-        knee = b[0] * a[0] + b[1] * knee_gravity + b[2] * of_knee + b[3] * foot_a + known
-        return np.array([knee, b[2] * of_ankle + b[3] * foot_a])
+def _model_at(evidence, base):
+    model = evidence.model.copy()
+    model.set_parameters(**(physical(model, base) or {}))
+    if evidence.velocity_only:  # gravity at an angle that is not known
+        model.struct.gravity_moment_kg_m = 0.0
+    return model
 
-    def tilt_Nm(self):
-        """Change of both joints' torque per rad of tilt of the base."""
-        def make():
-            turned = self.links(np.array([self.q[0] + SMALL_ANGLE, self.q[1]]), self.v, self.a)
-            return (turned - self.link_Nm) / SMALL_ANGLE
-        return self.once("tilt", make)
 
-    # ---- single joint --------------------------------------------------------------
-
-    def _single(self):
-        names, b = list(self.evidence.model.base), self.base
-        dry = [k for k, name in enumerate(names) if "coulomb" in name]
-        viscous = [k for k, name in enumerate(names) if "viscous" in name]
-        offset = [k for k, name in enumerate(names) if "offset" in name]
-        inertia = next((b[k] for k, name in enumerate(names) if "inertia" in name or "mass" in name), 0.0)
-        self.ratio, self.rotor_Nm = np.ones_like(self.q), np.zeros_like(self.q)
-        self.link_Nm = self._single_link(dict(zip(names, b)))
-        self.offset_Nm = sum(b[k] for k in offset)
-        self.coulomb_Nm, self.viscous = (b[dry[0]],), (b[viscous[0]],)
-        self.inertia, self.link_inertia = np.full((1, 1, self.q.shape[1]), inertia), [max(float(inertia), 1e-9)]
-        self.motor_rad = self.travel_rad = self.q
-        # torques and angles are the joint's here: motor turns for one of it
-        pendulum = self.evidence.model.plant == "pendulum"
-        self.gear = float(self.evidence.tree["joint"].get("transmission", {}).get("ratio", 1.0)) if pendulum else 1.0
-
-    def _single_link(self, base):
-        """Inertia and gravity at the samples as they are; the regressor's columns are bridged."""
-        gravity = 0.0
-        if self.evidence.model.plant == "pendulum" and not self.evidence.velocity_only:
-            g = self.evidence.tree.get("gravity_m_s2", GRAVITY_M_S2)
-            gravity = g * (base["gravity_sin"] * np.sin(self.q) + base["gravity_cos"] * np.cos(self.q))
-        return base["mass" if "mass" in base else "inertia"] * self.a + gravity
-
-    def _load_sensor(self):
-        """A sensor at the output: load = drive - friction - inertia. The gear carries the drive's torque."""
-        self.given_drive_Nm = (self.columns["joint_current_A"] * self.evidence.drive_gain())[None]
-        self.drive_Nm = (1 + self.torque_constant_error) * self.given_drive_Nm
-        self.link_Nm = self.drive_Nm
+def straight_inertia(model):
+    """Inertia at each joint with its transmission rigid and without the rotor beyond, all joints at 0."""
+    bare, joints = model.copy(), len(model.joints)
+    for j in range(joints):
+        bare.struct.drive[j].rotor_inertia_kg_m2 = 0.0
+    matrix = np.zeros(constants.TL_MAX_JOINTS**2)
+    lib.tl_inertia_matrix(bare.struct, pointer(np.zeros(constants.TL_MAX_JOINTS)), pointer(matrix))
+    return matrix[::joints + 1][:joints].copy()
 
 
 class Extent:

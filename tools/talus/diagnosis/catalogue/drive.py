@@ -4,7 +4,6 @@ periodic in the motor's angle."""
 import numpy as np
 
 from .candidate import Candidate, Family, named, usual
-from .law import column_along
 
 SATURATION_POWERS = (1, 2, 3, 5)
 LARGEST_DROOP = 0.8  # of the torque at the largest current
@@ -75,28 +74,12 @@ def sensor_offset(at):
 def delay(at):
     """A current that is later than the angles; beside a sensor at the output, where the current is known and a late one tells
     of an earlier instant, also both later than the sensor."""
-    j = at.number
     least, most = DELAY_OF_A_LEG_S if at.evidence.leg else (0.0, max(DELAYS_S))
-
-    def column(shift_s, of):
-        def later(piece, step_s):
-            t = np.arange(len(piece)) * step_s
-            return (np.interp(t - at.sign * shift_s, t, piece) - piece) / shift_s
-
-        return lambda s: {f"T{j}": s.track.lowpass(s.track.by_part(of(s), lambda piece: later(piece, s.step_s)))}
-
-    def current(scene):
-        return scene.grid("motor_Nm", j)
-
-    def reading(scene):
-        return scene.once("load", lambda: scene.track.resample(scene.drive_Nm[j] + scene.track.raw[j] @ scene.base))
-
-    for shift_s in (s for s in DELAYS_S if least < abs(s) <= most):
-        near, limits = f"near {1e3 * shift_s:g} ms", ((least,), (most,)) if shift_s > 0 else ((-most,), (-least,))
-        yield Candidate("delay", at.name, near, (column(shift_s, current),), named("delay_s"), *limits)
-        if at.evidence.load_sensor:
-            yield Candidate("delay", at.name, f"{near}, angles too", (column(shift_s, reading),),
-                            named("delay_s", angles_too=1.0), *limits)  # fmt: skip
+    for near_s in (s for s in DELAYS_S if least < abs(s) <= most):
+        near, limits = f"near {1e3 * near_s:g} ms", ((least,), (most,)) if near_s > 0 else ((-most,), (-least,))
+        for form, saved in ((near, {}), (f"{near}, angles too", {"angles_too": 1.0}))[:2 if at.evidence.load_sensor else 1]:
+            yield at.of_law("delay", form, [{"delay_s": 1.0}], {"near_s": near_s, **saved}, saved=([{"delay_s": 1.0}], saved), low=limits[0],
+                            high=limits[1])  # fmt: skip
 
 
 def fades(at):
@@ -111,19 +94,14 @@ def cogging(at):
     most = at.extent.motor_Nm[at.number] / abs(at.gear)
     ripple, overtone = ("sine_Nm", "cosine_Nm"), ("overtone_sine_Nm", "overtone_cosine_Nm")
 
-    def waves(order, fades_Hz):
-        """Columns of an order, of its own or as another's overtone."""
-        return [at.law("cogging", {name: 1.0}, {"per_turn": float(order), "fades_Hz": fades_Hz}) for name in ripple]
-
     for order, fades_Hz in ((k, f) for k in COGGING_ORDERS for f in fades(at) if k * at.motor_range > FEWEST_WAVES_RAD):
         name = f", fading at {fades_Hz:g} Hz" if fades_Hz else ""
         shapes = {"per_turn": float(order), "fades_Hz": fades_Hz}
-        one, two = waves(order, fades_Hz), waves(2 * order, fades_Hz)
-        make = lambda form, names, made, shapes=shapes: at.of_law(
-            "cogging", form, [{n: 1.0} for n in names], shapes, made=made, low=(-most,) * len(names), high=(most,) * len(names))
-        yield make(f"{order} per turn{name}", ripple, one)
+        make = lambda form, names, shapes=shapes: at.of_law(
+            "cogging", form, [{n: 1.0} for n in names], shapes, low=(-most,) * len(names), high=(most,) * len(names))
+        yield make(f"{order} per turn{name}", ripple)
         if order <= LAST_WITH_OVERTONE:
-            yield make(f"{order} and {2 * order} per turn{name}", ripple + overtone, one + two)
+            yield make(f"{order} and {2 * order} per turn{name}", ripple + overtone)
 
 
 def kinematic_error(at):
@@ -131,8 +109,8 @@ def kinematic_error(at):
     if at.evidence.velocity_only or plant == "slider":
         return
 
-    def ripple(form, of, shapes, made=None):
-        return at.of_law("kinematic_error", form, [{f"{wave}_{of}": 1.0} for wave in ("sine", "cosine")], shapes, made=made)
+    def ripple(form, of, shapes):
+        return at.of_law("kinematic_error", form, [{f"{wave}_{of}": 1.0} for wave in ("sine", "cosine")], shapes)
 
     for order in (k for k in (1, 2, 4) if k * at.motor_range > FEWEST_WAVES_RAD):
         for fades_Hz in fades(at):
@@ -141,6 +119,4 @@ def kinematic_error(at):
         shapes = {"per_turn": float(order), "fades_Hz": fades(at)[-1]}
         yield ripple(f"share of the load, {order} per turn", "share", shapes)
         if plant == "leg":
-            exact = {"per_turn": float(order)}
-            error = [column_along("kinematic_error", at.number, name, exact) for name in ("sine_rad", "cosine_rad")]
-            yield ripple(f"angle, {order} per turn", "rad", exact, error)
+            yield ripple(f"angle, {order} per turn", "rad", {"per_turn": float(order)})

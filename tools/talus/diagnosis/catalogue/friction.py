@@ -1,9 +1,11 @@
 """Effects of friction: its dependence on speed, load, direction, position, history and time."""
 
+import math
+
 import numpy as np
 
-from ..loops import dahl
-from .candidate import Candidate, Family, named, usual
+from .candidate import Family, named, usual
+from .law import law_at
 
 STRIBECK_SPEEDS_RAD_S = (0.02, 0.04, 0.07, 0.12, 0.2, 0.3, 0.45)
 VISCOUS_EXPONENTS = (0.33, 0.5, 0.7, 1.5, 2.0, 3.0)
@@ -18,6 +20,7 @@ LARGEST_SHARE = 0.45  # of the load, lost in a gear in use
 LOAD_POWERS = (1.5, 2.0)
 OWN_COEFFICIENTS, OWN_WITHIN = (0.05, 0.07, 0.1, 0.14, 0.2, 0.28, 0.4), 1.2
 DRIFT_TIMES_S = (5, 10, 20, 40, 80, 200)
+EVENLY, SETTLING = 1000.0, 3.0  # sessions in a time constant so long that change is even; time constants in a session
 
 
 def stribeck(at):
@@ -65,10 +68,8 @@ def load_friction(at):
 
 def _largest_load(at, shares):
     """But for extremes, over all recordings."""
-    def load(now):
-        return now["load_Nm"] - (1 - shares["rotor_share"]) * now["rotor_Nm"] + shares["friction_share"] * now["friction_Nm"]
-
-    return float(max(np.quantile(np.abs(load(s.instants(at.number))), 0.98) for s in at.scenes)) + 1e-12
+    grown = lambda scene: law_at(scene, at.number, "load_friction", "coefficient", shares)
+    return float(max(np.quantile(np.abs(grown(scene)), 0.98) for scene in at.scenes)) + 1e-12
 
 
 def _of_the_motors_torque(at, own):
@@ -148,34 +149,26 @@ def position_friction(at):
 
 
 def presliding(at):
-    j, friction_Nm = at.number, at.usual_coulomb_Nm
+    friction_Nm = at.usual_coulomb_Nm
     size = 0.1 if at.evidence.model.plant == "slider" else 1.0  # a slider's travel in m
     travels = [size * x for x in PRESLIDING_TRAVELS_RAD]
     shapes = [(travel, power) for power in (1.0, 2.0) for travel in travels]
 
-    def state(scene, travel, power):
-        return dahl(np.nan_to_num(scene.travel_rad[j]), travel, power, scene.slip[j][scene.track.parts[0]["begin"]])
-
     def dahls(travel, power):
-        column = at.joint_column(lambda s: friction_Nm * (state(s, travel, power) - s.slip[j]))
-        figures = lambda x: {"friction_Nm": float(x[0]) * friction_Nm, "travel_rad": float(travel), "power": power}
-        return Candidate("presliding", at.name, f"Dahl, power {power:g}, {1e3 * travel:.2g} mrad", (column,), figures,
-                         (0.2,), (1.5,), family=Family(dahls, (travel, power), (1.7, 0.5), (travels[0] / 2, 1.0),
-                         (2 * travels[-1], 2.0)))  # fmt: skip
+        return at.of_law("presliding", f"Dahl, power {power:g}, {1e3 * travel:.2g} mrad", [{"friction_Nm": friction_Nm}],
+                         {"travel_rad": float(travel), "power": power}, low=(0.2,), high=(1.5,),
+                         family=Family(dahls, (travel, power), (1.7, 0.5), (travels[0] / 2, 1.0), (2 * travels[-1], 2.0)))  # fmt: skip
 
     for travel, power in shapes:
         yield dahls(travel, power)
 
 
 def _over_session(scenes):
-    """Changes from 0 to 1 over all recordings, taken one after the other in the order given: (name, function)."""
-    if len(scenes) < 2:
-        return
-    lengths = [s.t_s[-1] - s.t_s[0] for s in scenes]
-    begin = np.concatenate([[0.0], np.cumsum(lengths)])
-    gone = lambda s: (begin[s.record] + s.t_s - s.t_s[0]) / begin[-1]
-    yield "evenly over the session", gone
-    yield "settling over the session", lambda s: (1 - np.exp(-3 * gone(s))) / (1 - np.exp(-3.0))
+    """Changes over all recordings, taken one after the other in the order given: (name, time constant)."""
+    if len(scenes) > 1:
+        whole_s = sum(s.t_s[-1] - s.t_s[0] for s in scenes)
+        yield "evenly over the session", EVENLY * whole_s
+        yield "settling over the session", whole_s / SETTLING
 
 
 def friction_drift(at):
@@ -198,11 +191,12 @@ def friction_drift(at):
     for constant in DRIFT_TIMES_S:
         yield from (one(constant) for one in of_time)
     warm = {"time_constant_s": 1.0}  # a later recording finds what the last one ended with
-    for name, fade in _over_session(at.scenes):
-        friction = lambda s, f=fade: (dry * s.slip[j] + viscous * s.v[j]) * f(s)
-        coulomb = lambda s, f=fade: dry * s.slip[j] * f(s)
-        yield make(f"all, {name}", of_all, warm, "share_at_end", made=[at.joint_column(friction)])
-        yield make(f"Coulomb, {name}", of_dry, warm, "coulomb_share_at_end", made=[at.joint_column(coulomb)])
+    for name, constant_s in _over_session(at.scenes):
+        whole = 1.0 - math.exp(-sum(s.t_s[-1] - s.t_s[0] for s in at.scenes) / constant_s)
+        shapes = {"time_constant_s": constant_s}
+        for form, amounts, figure in (("all", of_all, "share_at_end"), ("Coulomb", of_dry, "coulomb_share_at_end")):
+            by_end = {parameter: amount / whole for parameter, amount in amounts.items()}
+            yield make(f"{form}, {name}", by_end, shapes, figure, saved=([amounts], warm), session=True)
     sensor = f"{at.name}_temp_C"
     if all(sensor in s.columns for s in at.scenes):
         middle = float(np.mean([np.mean(s.columns[sensor]) for s in at.scenes]))

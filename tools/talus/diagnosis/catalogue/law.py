@@ -1,79 +1,160 @@
-"""Columns of the library's own laws (lib/effects) along a scene."""
+"""Columns of the library's effects (lib/effects) along recordings: many at once, so that what they share is made once."""
+
+from dataclasses import dataclass, field
+from functools import lru_cache
 
 import numpy as np
 
-from talus import ffi, lib, pointer
+from talus import constants, ffi, lib, pointer
 
 from ..kinds import kind_of
 
+BASE = constants.TL_MAX_JOINTS
+TOGETHER = 1 << 17  # numbers of one channel's columns that are made at once
+# an instant at which every law of the instant shows each of its strengths
+ANY_INSTANT = {"q": 0.31, "v": 1.3, "slip": 1.0, "load_Nm": 1.7, "rotor_Nm": 0.3, "friction_Nm": 0.4, "motor_Nm": 0.9,
+               "motor_rad": 2.3, "ratio": 3.0, "effort_Nm": 0.6, "gravity_tilt_Nm": 0.7, "t_s": 5.0, "temp_C": 40.0}  # fmt: skip
 
-def law_column(effect, joints, amounts, shapes, sign=1.0):
-    """A column of a law of the instant at some joints: the sum of its strengths' columns, each times its amount."""
+
+@dataclass(frozen=True)
+class Column:
+    """A sum of an effect's strengths' columns, each times its amount: what shows per unit of a candidate's strength.
+    `amounts` are ((number of the strength, amount), ...). Time counts from each recording's begin, or over the session."""
+
+    effect: str
+    joints: tuple  # at which the law acts; of an effect of the base that is no law of the instant (BASE,)
+    amounts: tuple
+    shape: tuple
+    sign: float = 1.0
+    session: bool = False
+    _hash: int = field(default=0, compare=False, repr=False)
+
+    def __post_init__(self):
+        of = self.effect, self.joints, self.amounts, self.shape, self.sign, self.session
+        object.__setattr__(self, "_hash", hash(of))
+
+    def __hash__(self):
+        return self._hash
+
+    def __call__(self, scene):
+        """{channel: column on the grid} of one recording."""
+        return next(shown for _, shown in shown_by(scene, [self]))
+
+    @property
+    def is_of_the_instant(self):
+        return _is_of_the_instant(self.effect, self.amounts[0][0])
+
+
+def column(effect, joints, amounts, shapes, sign=1.0, session=False):
+    """A column from amounts and shapes by name; other shapes as the table has them."""
     kind = kind_of(effect)
-    shape, parts = kind.shape(shapes), [(kind.number(name), sign * amount) for name, amount in amounts.items()]
-
-    def column(scene):
-        shown = {}
-        for j in joints:
-            every = scene.latest((effect, j, *shape), lambda j=j: _at_instants(kind, shape, scene.instants(j)))
-            torque = sum(amount * every[number] for number, amount in parts)
-            shown[f"T{j}"] = scene.track.operate(torque / scene.ratio[j], j)
-        return shown
-
-    return column
+    return Column(effect, tuple(joints), tuple((kind.number(name), float(x)) for name, x in amounts.items()),
+                  tuple(kind.shape(shapes)), sign, session)  # fmt: skip
 
 
-def _at_instants(kind, shape, instants):
-    """Torque at the joint per unit of each strength, (strengths, n)."""
-    columns = np.empty((len(kind.strengths), len(instants)))
-    of_c = ffi.from_buffer("tl_effect_instant[]", instants)
-    lib.tl_effect_columns_at(kind.struct, pointer(shape), of_c, len(instants), pointer(columns))
-    return columns
+@lru_cache(None)
+def _is_of_the_instant(effect, number):
+    """Is a strength's column one of the law of the instant, or of the kind's columns over a segment?"""
+    struct = kind_of(effect).struct
+    if struct.law == ffi.NULL or struct.columns == ffi.NULL:
+        return struct.law != ffi.NULL
+    out = np.zeros(struct.strengths)
+    lib.tl_effect_columns(struct, pointer(np.ones(max(struct.shapes, 1))), ffi.new("tl_effect_instant *", ANY_INSTANT),
+                          pointer(out))  # fmt: skip
+    return out[number] != 0
 
 
-def column_along(effect, joint, strength, shapes):
-    """A column of a law with memory, or of one that shows between sensors, along each scene. Slower than law_column: the
-    library walks the scene's motion for it."""
+def shown_by(scene, columns):
+    """Yields (column, {channel: its values on the grid}) for each; equal shapes are evaluated once."""
+    groups = {}
+    for one in columns:
+        groups.setdefault((one.effect, one.joints, one.session, one.is_of_the_instant), {}).setdefault(one.shape, []).append(one)
+    for (effect, joints, session, of_the_instant), shapes in groups.items():
+        if of_the_instant:
+            for shape, own in shapes.items():
+                yield from _of_the_instant(scene, kind_of(effect), joints, session, shape, own)
+        else:
+            yield from _over_segments(scene, kind_of(effect), joints[0], shapes)
+
+
+# ---- laws of the instant ---------------------------------------------------------------
+
+
+def _of_the_instant(scene, kind, joints, session, shape, columns):
+    """Columns of one shape of a law."""
+    shown = [{} for _ in columns]
+    for j in joints:
+        every = np.empty((len(kind.strengths), len(scene.t_s)))
+        now = ffi.from_buffer("tl_effect_instant[]", scene.instants(j, session))
+        lib.tl_effect_columns_at(kind.struct, pointer(np.array(shape)), now, len(scene.t_s), pointer(every))
+        torque = np.array([_sum(every, one) for one in columns])
+        for out, values in zip(shown, scene.operated(torque, j)):
+            out[f"T{j}"] = values
+    yield from zip(columns, shown)
+
+
+def law_at(scene, joint, effect, strength, shapes):
+    """Torque at the joint per unit of a strength of a law of the instant, at the samples."""
     kind = kind_of(effect)
-    shape, number = kind.shape(shapes), kind.number(strength)
-
-    def column(scene):
-        found = scene.latest((effect, joint, *shape), lambda: _along(scene, kind.struct, joint, shape))
-        return {shown: values[number] for shown, values in found.items()}
-
-    return column
+    every = np.empty((len(kind.strengths), len(scene.t_s)))
+    now = ffi.from_buffer("tl_effect_instant[]", scene.instants(joint))
+    lib.tl_effect_columns_at(kind.struct, pointer(kind.shape(shapes)), now, len(scene.t_s), pointer(every))
+    return every[kind.number(strength)]
 
 
-def _along(scene, kind, joint, shape):
-    """All columns of a kind of effect in every channel that shows them."""
-    track, model = scene.track, scene.library_model()
-    shown = {f"T{j}": j for j in range(scene.evidence.joints)}
-    angles = {"E": lib.TL_EFFECT_SHOWS_ENCODER, "F": lib.TL_EFFECT_SHOWS_FOOT} if joint else {"K": lib.TL_EFFECT_SHOWS_SHANK}
-    shown |= {name: number for name, number in angles.items() if name in scene.evidence.kinds}
-    at_rows = {name: np.zeros((kind.strengths, len(scene.t_s))) for name in shown}
-    for part in track.parts:
-        rows = slice(part["begin"], part["end"])
-        stretch, alive = _stretch(scene, model, part)
-        for name, number in shown.items():
-            column = np.zeros((kind.strengths, stretch.n))
-            lib.tl_effect_columns_along(kind, joint, pointer(shape), stretch, number, pointer(column))
-            at_rows[name][:, rows] = column
-        del alive
-    torque = {f"T{j}": j for j in range(scene.evidence.joints)}
-    return {name: np.array([track.operate(x / scene.ratio[torque[name]], torque[name]) if name in torque else track.operate(x)
-                            for x in columns]) for name, columns in at_rows.items()}  # fmt: skip
+def _sum(every, column):
+    """The column's sum over (strengths, n)."""
+    (first, amount), *others = column.amounts
+    out = column.sign * amount * every[first]
+    for number, more in others:
+        out += column.sign * more * every[number]
+    return out
 
 
-def _stretch(scene, model, part):
-    """A part of the recording for the library; keep the second alive while it is used."""
-    stretch, begin, end = ffi.new("tl_effect_stretch *"), part["begin"], part["end"]
-    alive = [model, np.ascontiguousarray(scene.t_s[begin:end]), np.empty(lib.tl_effect_stretch_work(end - begin))]
-    stretch.model, stretch.n, stretch.t_s, stretch.work = model.struct, end - begin, pointer(alive[1]), pointer(alive[2])
-    for j in range(scene.evidence.joints):
-        stops, sensing = part["stops"][j], scene.track.regression.struct.sensing[j]
-        stretch.stop[j], stretch.stops[j] = stops, len(stops)
-        stretch.window[j] = ffi.NULL if sensing.across else ffi.addressof(sensing, "window")
-        for name in ("q", "v", "a", "slip"):
-            alive.append(np.ascontiguousarray(getattr(scene, name)[j][begin:end]))
-            getattr(stretch, name)[j] = pointer(alive[-1])
-    return stretch, alive
+# ---- over segments ---------------------------------------------------------------------
+
+
+def _over_segments(scene, kind, joint, shapes):
+    """Columns of many shapes of a kind that is no law of the instant: those with the same strengths at once."""
+    by_strengths = {}
+    for shape, own in shapes.items():
+        wanted = sum({1 << number for one in own for number, _ in one.amounts})
+        by_strengths.setdefault(wanted, []).append((shape, own))
+    for wanted, every in by_strengths.items():
+        at_once = max(1, TOGETHER // (len(kind.strengths) * len(scene.t_s)))
+        for begin in range(0, len(every), at_once):
+            yield from _at_once(scene, kind, joint, wanted, every[begin:begin + at_once])
+
+
+def _at_once(scene, kind, joint, strengths, every):
+    columns = [one for _, own in every for one in own]
+    parts = [_of_part(scene, kind, joint, strengths, every, number) for number in range(len(scene.track.parts))]
+    for k, one in enumerate(columns):
+        shown = {name for part in parts for name in part if np.any(part[name][k])}
+        yield one, {name: np.concatenate([part[name][k] for part in parts]) for name in sorted(shown)}
+
+
+def _of_part(scene, kind, joint, strengths, every, number):
+    """{channel: (columns, grid)} of one part of a recording."""
+    prepared = scene.prepared(number)
+    n = prepared.segment.n
+    shown = {name: np.zeros((len(every), len(kind.strengths), n)) for name in scene.channels_of(joint)}
+    wanted = ffi.new("tl_effect_wanted *", {"strengths": strengths})
+    for name, values in shown.items():
+        wanted.shown[_CHANNEL[name]] = pointer(values)
+    lib.tl_effect_segment_columns(kind.struct, joint, pointer(np.array([shape for shape, _ in every]).reshape(-1)), len(every),
+                                  prepared, wanted)  # fmt: skip
+    out = {}
+    for name, values in shown.items():
+        if not values.any():
+            continue
+        torque = int(name[1]) if name[0] == "T" else None
+        sums = np.array([_sum(values[k], one) for k, (_, own) in enumerate(every) for one in own])
+        out[name] = scene.operated_part(sums, torque, number, bridged=bool(kind.struct.bridged))
+    width = len(scene.track.parts[number]["rows"][0].t)
+    silent = np.zeros((sum(len(own) for _, own in every), width))
+    return {name: out.get(name, silent) for name in shown}
+
+
+_CHANNEL = {"T0": 0, "T1": 1, "E": lib.TL_EFFECT_SHOWS_ENCODER, "K": lib.TL_EFFECT_SHOWS_SHANK,
+            "F": lib.TL_EFFECT_SHOWS_FOOT}  # fmt: skip

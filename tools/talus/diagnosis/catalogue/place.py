@@ -1,14 +1,14 @@
 """A joint that effects are tried at: what its recordings show, and its columns."""
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
 from ..kinds import kind_of
 from .candidate import Candidate
-from .law import law_column
+from .law import column
 
 COULOMB_OF_A_LEG = (5, 7)  # among the base parameters
 LEAST_HALF_RANGE_RAD = 0.05
@@ -28,7 +28,6 @@ class Place:
     evidence: object
     extent: object
     scenes: list
-    laws: dict = field(default_factory=dict)  # columns of the library's laws made so far
 
     @property
     def kinds(self):
@@ -100,33 +99,23 @@ class Place:
 
     # ---- columns -------------------------------------------------------------------
 
-    def of_law(self, effect, form, columns, shapes=None, *, made=None, **more):
-        """A candidate whose columns are those of a law of the library. `columns` says of each what one of its strength
-        stands for, as {parameter: amount}; `shapes` are the law's, by name. What a model file then says follows from both.
-        `made`: the columns where they are others' or the law has a memory; `more`: as in Candidate."""
+    def of_law(self, effect, form, columns, shapes=None, *, saved=None, session=False, **more):
+        """A candidate whose columns are those of an effect of the library. `columns` says of each what one of its strength
+        stands for, as {parameter: amount}; `shapes` are the effect's, by name. What a model file then says follows from
+        both, or from `saved`, other columns and shapes. `session`: time counts over all recordings; `more`: as in
+        Candidate."""
         shapes = shapes or {}
+        file_columns, file_shapes = saved or (columns, shapes)
 
         def entry(strengths):
             out = {p.name: 0.0 for p in kind_of(effect).strengths if p.default_value is None}
-            for strength, amounts in zip(strengths, columns):
+            for strength, amounts in zip(strengths, file_columns):
                 for name, amount in amounts.items():
                     out[name] = out.get(name, 0.0) + float(strength) * amount
-            return out | shapes
+            return out | file_shapes
 
-        made = made or [self.law(effect, amounts, shapes) for amounts in columns]
-        return Candidate(effect, self.name, form, tuple(made), more.pop("parameters", entry), saved=entry, **more)
-
-    def law(self, effect, amounts, shapes):
-        """A column of a law at this joint, the same object for the same law: candidates share it."""
-        key = effect, *sorted(amounts.items()), *sorted(shapes.items())
-        if key not in self.laws:
-            self.laws[key] = law_column(effect, (self.number,), amounts, shapes, self.sign)
-        return self.laws[key]
-
-    def joint_column(self, function):
-        """A column from a torque at the joint."""
-        j, sign = self.number, self.sign
-        return lambda scene: {f"T{j}": scene.track.operate(sign * function(scene) / scene.ratio[j], j)}
+        made = tuple(column(effect, (self.number,), amounts, shapes, self.sign, session) for amounts in columns)
+        return Candidate(effect, self.name, form, made, more.pop("parameters", entry), saved=entry, **more)
 
     def reading_column(self, function):
         """A column of the reading itself."""

@@ -2,10 +2,9 @@
 
 import numpy as np
 
-from ..loops import LARGEST_STEP, MOST_STEPS, LinkShape, link_behind
-from .candidate import Candidate, Family, named, usual
-from .law import column_along
+from .candidate import Family, named, usual
 
+MOST_STEPS, LARGEST_STEP = 60, 1.0  # of a link for one sample; and beyond so many rad a stepped oscillation grows
 STIFFNESSES_NM_RAD = (200, 400, 800, 1500, 3000, 6000, 12000)
 GAPS_RAD = (0.0007, 0.0015, 0.003, 0.005, 0.008, 0.012)
 TEETH_NM_RAD = 5000.0  # their stiffness on the grid: timing tells the gap, and hardly how hard it ends
@@ -70,67 +69,20 @@ def _motor_shares(at):
     return KNEE_MOTOR_SHARES if at.evidence.leg and at.number == 0 else (MOTOR_SHARE,)
 
 
-def _answer(scene, j, shape):
-    """At the samples, of a link behind `shape`: its angle against the motor's, and torque and acceleration less those of
-    a rigid one. To a link that can move on its own a stop of its motor is a jolt, so nothing is bridged before."""
-    inertia, turning = _inertia(scene, j, shape.motor)
-    load = scene.link_Nm[j] - turning * scene.a[j]
-    other = load - inertia * scene.a[j]
-    rigid = load + shape.dry * scene.coulomb_Nm[j] * scene.slip[j] + shape.viscous * scene.viscous[j] * scene.v[j]
-    out = np.zeros((3, len(rigid)))
-    for part in scene.track.parts:
-        rows = slice(part["begin"], part["end"])
-        out[:, rows] = link_behind(
-            shape, scene.t_s[rows], (scene.q[j][rows], scene.v[j][rows]), other[rows], inertia,
-            scene.coulomb_Nm[j], scene.viscous[j])  # fmt: skip
-        out[1:, rows] -= rigid[rows], scene.a[j][rows]
-    return out
-
-
-def _inertia(scene, j, share):
-    """Of the link, and what of the joint's own turns with its motor."""
-    if not scene.evidence.leg:
-        turning = share * scene.link_inertia[j]
-    else:
-        turning = share * scene.evidence.tree["shank"]["inertia_kg_m2"] * (j == 0)
-    return scene.link_inertia[j] - turning, turning
-
-
-def _behind(j, shape):
-    """What shows of a link behind `shape`, at the whole effect's strength."""
-
-    def column(scene):
-        track, (angle, torque, acceleration) = scene.track, _answer(scene, j, shape)
-        shown = {f"T{j}": track.operate(torque / scene.ratio[j], j)}
-        if scene.evidence.leg:
-            for kind in ("E", "F") if j == 1 else ("K",):
-                if kind in scene.evidence.kinds:
-                    shown[kind] = track.operate(angle)
-            # the other joint feels the link's acceleration and weight
-            other = scene.inertia[0][1] * acceleration + scene.tilt_Nm()[1] * angle
-            shown[f"T{1 - j}"] = track.operate(other / scene.ratio[1 - j], 1 - j)
-        return shown
-
-    return column
-
-
 def _hidden(at):
     """Where no link behind the motor can be told: without an angle, or with the load measured before the link; or so
     light a link that its oscillation cannot be stepped."""
-    fastest = np.sqrt(max(STIFFNESSES_NM_RAD) / at.scenes[0].link_inertia[at.number])
-    slow = all(scene.step_s * fastest < MOST_STEPS * LARGEST_STEP for scene in at.scenes)
-    return at.evidence.velocity_only or at.evidence.load_sensor or not slow
+    if at.evidence.velocity_only or at.evidence.load_sensor:
+        return True
+    fastest = at.scenes[0].link_rad_s(at.number, 0.0, max(STIFFNESSES_NM_RAD))
+    return not all(scene.step_s * fastest < MOST_STEPS * LARGEST_STEP for scene in at.scenes)
 
 
-def _saved(at, shape):
-    """The model file's parameters."""
-    inertia = _inertia(at.scenes[0], at.number, shape.motor)[0]
-    if shape.half:
-        own = {"gap_rad": 2 * shape.half, "drag_Nm": shape.drag_Nm}
-    else:
-        own = {"soft_rad": shape.soft_rad, "soft_share": shape.soft_share, "hardening_Nm_rad3": shape.hardening}
-    return named("share", stiffness_Nm_rad=shape.stiffness, damping_s=float(shape.damping_s(inertia)),
-                 friction_share=shape.dry, viscous_share=shape.viscous, motor_share=shape.motor, **own)  # fmt: skip
+def _shapes(at, stiffness, dry, viscous, motor, damping_ratio, **form):
+    """The library's shapes of a spring or a gap: damping over stiffness from the link's damping ratio."""
+    damping_s = 2 * damping_ratio / at.scenes[0].link_rad_s(at.number, motor, stiffness)
+    return {"stiffness_Nm_rad": stiffness, "damping_s": damping_s, "friction_share": dry, "viscous_share": viscous,
+            "motor_share": motor, **form}  # fmt: skip
 
 
 def elasticity(at):
@@ -140,19 +92,21 @@ def elasticity(at):
     begin_low = (STIFFER_SHARE,) if at.evidence.leg else None
 
     def soft(stiffness, dry, viscous, motor, damping=SPRING_DAMPING_RATIO, share=1.0, begin=SOFT_RAD, harder=0.0):
-        shape = LinkShape(stiffness, 0.0, dry, viscous, motor, damping, begin, share, harder * stiffness / HARDER_RAD**2)
+        hardening = float(harder * stiffness / HARDER_RAD**2)
+        shapes = _shapes(at, stiffness, dry, viscous, motor, damping, soft_rad=begin, soft_share=share,
+                         hardening_Nm_rad3=hardening)  # fmt: skip
         bent = {"soft_rad": begin, "soft_share": share} if share < 1.0 else {}
-        bent |= {"hardening_Nm_rad3": float(shape.hardening)} if harder else {}
+        bent |= {"hardening_Nm_rad3": hardening} if harder else {}
         figures = lambda x: {"compliance_rad_Nm": float(x[0]) / stiffness, **bent}
-        return Candidate("elasticity", at.name, f"{stiffness:g} Nm/rad{_sides(shape)}", (_behind(j, shape),), figures,
-                         (0.5,), (1.8,), _saved(at, shape),
-                         Family(soft, (stiffness, dry, viscous, motor, damping, share, begin, harder),
-                                (2.0, 0.3, 0.3, 0.2, 1.7, 0.5, 2.0, 0.4), (100.0, 0.0, 0.0, 0.02, 0.02, 0.1, 2e-4, 0.0),
-                                (30000.0, 1.0, 1.0, 0.7, 1.0, 1.0, 0.02, 4.0), SOFTER,
-                                start="cube" if harder else "soft" if share < 1.0 else ""), begin_low=begin_low)  # fmt: skip
+        family = Family(soft, (stiffness, dry, viscous, motor, damping, share, begin, harder),
+                        (2.0, 0.3, 0.3, 0.2, 1.7, 0.5, 2.0, 0.4), (100.0, 0.0, 0.0, 0.02, 0.02, 0.1, 2e-4, 0.0),
+                        (30000.0, 1.0, 1.0, 0.7, 1.0, 1.0, 0.02, 4.0), SOFTER,
+                        start="cube" if harder else "soft" if share < 1.0 else "")  # fmt: skip
+        return at.of_law("elasticity", f"{stiffness:g} Nm/rad{_sides(dry, viscous, motor)}", [{"share": 1.0}], shapes,
+                         parameters=figures, low=(0.5,), high=(1.8,), family=family, begin_low=begin_low)  # fmt: skip
 
     fastest = FASTEST_SWING / max(scene.step_s for scene in at.scenes)
-    stiffnesses = [k for k in STIFFNESSES_NM_RAD if k <= at.scenes[0].link_inertia[j] * fastest**2]
+    stiffnesses = [k for k in STIFFNESSES_NM_RAD if at.scenes[0].link_rad_s(j, 0.0, k) <= fastest]
     for motor in _motor_shares(at):
         for dry, viscous in SPRING_FRICTION:
             for stiffness in stiffnesses or STIFFNESSES_NM_RAD[:1]:
@@ -164,11 +118,10 @@ def elasticity(at):
     # stiff: twist = load over stiffness, by the link's torque and, apart, by friction; the soft form takes no part
     shapes = {"stiffness_Nm_rad": 1000.0, "damping_s": 0.001}
     names = ("compliance_rad_Nm", "friction_compliance_rad_Nm")
-    columns = [column_along("elasticity", j, name, shapes) for name in names]
     stiffest = 1 / STIFFEST_NM_RAD if at.evidence.leg else 0.0
     for form, count in (("stiff", 1), ("stiff, friction apart", 2)):
         own = names[:count]
-        yield at.of_law("elasticity", form, [{name: 1.0} for name in own], shapes, made=columns[:count], parameters=named(*own),
+        yield at.of_law("elasticity", form, [{name: 1.0} for name in own], shapes, parameters=named(*own),
                         low=(stiffest, 0.0)[:count], high=(0.01,) * count)  # fmt: skip
 
 
@@ -191,13 +144,13 @@ def backlash(at):
     begin_low = (BEGIN_SHARE,) if at.evidence.leg and at.number == 0 else None  # no encoder tells its gap
 
     def lost(gap, stiffness, dry, viscous, motor, damping, drag=0.0):
-        shape = LinkShape(stiffness, gap / 2, dry, viscous, motor, damping, drag_Nm=drag * at.coulomb_Nm)
+        shapes = _shapes(at, stiffness, dry, viscous, motor, damping, gap_rad=gap, drag_Nm=drag * at.coulomb_Nm)
         figures = lambda x: {"gap_rad": float(x[0]) * gap, "stiffness_Nm_rad": stiffness}
         family = Family(lost, (gap, stiffness, dry, viscous, motor, damping, drag), (1.7, 3.0, 0.3, 0.3, 0.2, 1.7, 0.06),
                         (max(2e-4, least), 500.0, 0.0, 0.0, 0.02, 0.05, 0.0), (0.03, 50000.0, 1.0, 1.0, 0.7, 1.0, 0.3),
                         BOTH_FRICTIONS, rough=True)  # fmt: skip
-        return Candidate("backlash", at.name, f"{1e3 * gap:.2g} mrad, {stiffness:g} Nm/rad{_sides(shape)}",
-                         (_behind(at.number, shape),), figures, (max(0.4, least / gap),), (1.8,), _saved(at, shape), family,
+        return at.of_law("backlash", f"{1e3 * gap:.2g} mrad, {stiffness:g} Nm/rad{_sides(dry, viscous, motor)}", [{"share": 1.0}],
+                         shapes, parameters=figures, low=(max(0.4, least / gap),), high=(1.8,), family=family,
                          begin_low=begin_low)  # fmt: skip
 
     damping = KNEE_TEETH_DAMPING_RATIO if at.evidence.leg and at.number == 0 else TEETH_DAMPING_RATIO
@@ -207,6 +160,6 @@ def backlash(at):
                 yield lost(gap, TEETH_NM_RAD, float(dry), float(viscous), motor, damping)
 
 
-def _sides(shape):
+def _sides(dry, viscous, motor):
     """What of a joint stands on which side, in words."""
-    return f", {shape.dry:g} of dry and {shape.viscous:g} of viscous friction at the link, rotor {shape.motor:g}"
+    return f", {dry:g} of dry and {viscous:g} of viscous friction at the link, rotor {motor:g}"

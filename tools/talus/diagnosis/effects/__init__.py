@@ -10,7 +10,7 @@ from talus import constants
 
 from ..catalogue.place import Place
 from ..kinds import applies, ids
-from .entry import Effect, Motion
+from .entry import Effect
 
 BASE = (constants.TL_MAX_JOINTS, "base")
 
@@ -49,4 +49,4 @@ def torque_constant_error(chosen, every):
     return sum(float(own[0]) for c, own in zip(chosen, every) if EFFECTS[c.effect].scales_drive)
 
 
-__all__ = ["EFFECTS", "Effect", "Motion", "candidates", "known", "places", "torque_constant_error"]
+__all__ = ["EFFECTS", "Effect", "candidates", "known", "places", "torque_constant_error"]

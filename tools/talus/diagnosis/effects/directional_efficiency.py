@@ -1,7 +1,7 @@
 """A gear's losses in proportion to power, which differ between driving and back-driving."""
 
 from ..catalogue import friction
-from .entry import Effect, Motion
+from .entry import Effect
 
 EFFECT = Effect(
     id="directional_efficiency",
@@ -9,5 +9,4 @@ EFFECT = Effect(
     candidates=friction.directional_efficiency,
     coordinates=("load", "current"),
     needs="known mass",
-    motion=Motion.FRICTION,
 )

@@ -1,17 +1,7 @@
 """What the diagnosis must know of an effect beside its law, which is the library's (lib/effects)."""
 
-import enum
 from collections.abc import Callable
 from dataclasses import dataclass
-
-
-class Motion(enum.Enum):
-    """How an effect follows the motion where that is simulated, and so differs from the recorded one."""
-
-    AS_RECORDED = "its torque stays that of the recorded motion"
-    FRICTION = "it changes its sign with the direction, and a joint can stick on it"
-    HYSTERESIS = "friction by Dahl's equation, with the parameters travel_rad and power"
-    SPRING = "it changes with the angle"
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -35,7 +25,6 @@ class Effect:
     needs: str | None = None
     """What parts it from its rivals where no trajectory does: a key of experiment/menu.py's BEYOND."""
 
-    motion: Motion = Motion.AS_RECORDED
     several: bool = False
     """Two of its shapes may act at once: two orders, two modes."""
 

@@ -1,7 +1,7 @@
 """Friction that changes with time or temperature."""
 
 from ..catalogue import friction
-from .entry import Effect, Motion
+from .entry import Effect
 
 EFFECT = Effect(
     id="friction_drift",
@@ -9,5 +9,4 @@ EFFECT = Effect(
     candidates=friction.friction_drift,
     coordinates=("time",),
     needs="warmth",
-    motion=Motion.FRICTION,
 )

@@ -1,7 +1,7 @@
 """Friction that grows with the torque that the gear carries."""
 
 from ..catalogue import friction
-from .entry import Effect, Motion
+from .entry import Effect
 
 EFFECT = Effect(
     id="load_friction",
@@ -9,5 +9,4 @@ EFFECT = Effect(
     candidates=friction.load_friction,
     coordinates=("load", "current", "acceleration"),
     needs="known mass",
-    motion=Motion.FRICTION,
 )

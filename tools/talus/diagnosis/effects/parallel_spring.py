@@ -1,7 +1,7 @@
 """Elastic torque in parallel with the joint."""
 
 from ..catalogue import transmission
-from .entry import Effect, Motion
+from .entry import Effect
 
 EFFECT = Effect(
     id="parallel_spring",
@@ -9,5 +9,4 @@ EFFECT = Effect(
     candidates=transmission.parallel_spring,
     coordinates=("position",),
     needs="turned base",
-    motion=Motion.SPRING,
 )

@@ -1,12 +1,11 @@
 """Friction above Coulomb's near standstill."""
 
 from ..catalogue import friction
-from .entry import Effect, Motion
+from .entry import Effect
 
 EFFECT = Effect(
     id="stribeck",
     words="friction that is higher near standstill",
     candidates=friction.stribeck,
     coordinates=("velocity", "reversal"),
-    motion=Motion.FRICTION,
 )

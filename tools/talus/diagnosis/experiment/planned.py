@@ -13,6 +13,7 @@ from ..track import Track
 from .path import STEP_S
 
 PAYLOAD_KG = 1.0
+HEAVIER, MORE = ("inertia_kg_m2", "mass_kg", "gravity_moment_kg_m"), 1.5  # what a load at a single joint changes, and by what
 CAMERA = {"shank_rad", "foot_rad"}
 
 
@@ -57,6 +58,7 @@ def planned_evidence(evidence, recording):
     out = copy.copy(evidence)
     if CAMERA <= set(recording.columns):
         out.kinds = sorted({*evidence.kinds, "F", "K"})
+    out.models = {}
     out.tracks = [track := Track(evidence.model, recording)]
     if out.leg:
         out.ankle_rad = [evidence.transmissions[1].joint_rad(track.columns["ankle_motor_rad"])]
@@ -75,7 +77,7 @@ class Planned:
         self.evidence = planned_evidence(search.evidence, recording_of(search.evidence, q, camera))
         base = search.scenes[0].base
         if loaded:
-            base, self.evidence.tree = with_payload(search.evidence, base)
+            base, self.evidence.model = with_payload(search.evidence, search.scenes[0].model)
         self.scene = Scene(self.evidence, 0, base)
         self.length_s = (q.shape[1] - 1) * STEP_S
 
@@ -84,16 +86,13 @@ class Planned:
         return np.array([np.abs(x).max() for x in self.scene.motor_Nm])
 
 
-def with_payload(evidence, base):
-    """(base parameters, model file's mapping) with PAYLOAD_KG at the foot's centre, or half as much again at a single
-    joint."""
-    tree, names, out = copy.deepcopy(evidence.tree), list(evidence.model.base), np.array(base, float)
-    if not evidence.leg:
-        for k, name in enumerate(names):
-            out[k] *= 1.5 if name in ("inertia", "mass", "gravity_sin", "gravity_cos") else 1.0
-        return out, tree
-    arm_m = tree["foot"]["com_m"]
-    tree["foot"]["mass_kg"] += PAYLOAD_KG
-    out[names.index("foot_moment")] += PAYLOAD_KG * arm_m
-    out[names.index("foot_inertia")] += PAYLOAD_KG * arm_m**2
-    return out, tree
+def with_payload(evidence, model):
+    """(base parameters, given model) with PAYLOAD_KG at the foot's centre, or half as much again at a single joint."""
+    loaded, given = model.copy(), evidence.model.copy()
+    for one in (loaded, given):
+        if evidence.leg:
+            one.struct.foot_mass_kg += PAYLOAD_KG
+        else:
+            heavier = [name for name in one.parameters if name in HEAVIER]
+            one.set_parameters(**{name: MORE * one.parameters[name] for name in heavier})
+    return list(loaded.base.values()), given
