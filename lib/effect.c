@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "effect_columns.h"
+#include "talus/math.h"
 #include "talus/transmission.h"
 
 /* The kinds by their order: effect_table.h is made from the folder lib/effects/ (Makefile), a line a file. */
@@ -254,6 +255,39 @@ void tl_effect_segment_columns(const tl_effect_kind *kind, int joint, const doub
   for (i = 0; i < shapes; i++) {
     tl_effect_wanted own = cleared(wanted, columns, i * columns * n, n);
     if (kind->columns && n > 0) kind->columns(p, joint, shape + i * (size_t)kind->shapes, &own);
+  }
+}
+
+void tl_effect_add_wave(tl_effect_waves *to, double per_turn, double sine_rad, double cosine_rad) {
+  if (sine_rad == 0.0 && cosine_rad == 0.0) return;
+  if (to->n < TL_EFFECT_WAVES) {
+    to->per_turn[to->n] = per_turn;
+    to->sine_rad[to->n] = sine_rad;
+    to->cosine_rad[to->n] = cosine_rad;
+  }
+  to->n++;
+}
+
+void tl_effect_add_mount(tl_effect_change *to, tl_mount_mode mode, double compliance, double frequency_Hz,
+                         double damping_ratio) {
+  tl_effect_mount made = {mode, compliance, frequency_Hz, damping_ratio};
+
+  if (!(compliance > 0.0)) return;
+  if (to->mount_modes < TL_MOUNT_MODES) to->mount[to->mount_modes] = made;
+  to->mount_modes++;
+}
+
+void tl_effect_waves_at(const tl_effect_waves *waves, double x, double wave[3]) {
+  double sine, cosine, n;
+  int k;
+
+  wave[0] = wave[1] = wave[2] = 0.0;
+  for (k = 0; k < waves->n && k < TL_EFFECT_WAVES; k++) {
+    n = waves->per_turn[k];
+    tl_sincos(n * x, &sine, &cosine);
+    wave[0] += waves->sine_rad[k] * sine + waves->cosine_rad[k] * cosine;
+    wave[1] += n * (waves->sine_rad[k] * cosine - waves->cosine_rad[k] * sine);
+    wave[2] -= n * n * (waves->sine_rad[k] * sine + waves->cosine_rad[k] * cosine);
   }
 }
 

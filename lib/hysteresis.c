@@ -40,77 +40,174 @@ int tl_two_mass_steps(const tl_two_mass *link) {
   return steps > MOST_STEPS ? MOST_STEPS : 2 * ((int)(0.5 * steps) + 1); /* even: halves count alike */
 }
 
-/* what changes from step to step, and what does not */
+double tl_dahl_rate(double v, double z, double travel, double power) {
+  double rest = v < 0.0 ? 1.0 + z : 1.0 - z;
+
+  if (power > 1.0) rest = rest > 0.0 ? tl_pow(rest, power) : 0.0;
+  return v * rest / travel;
+}
+
+/* ---- a transmission that twists ------------------------------------------------------ */
+
+double tl_spring_elastic(const tl_spring *s, double twist) {
+  double soft = twist > s->soft_rad ? s->soft_rad : twist < -s->soft_rad ? -s->soft_rad : twist;
+
+  return s->stiffness_Nm_rad * (twist - (1.0 - s->soft_share) * soft) +
+         s->hardening_Nm_rad3 * twist * twist * twist;
+}
+
+/* what is left of an angle beyond half the gap */
+static double beyond_gap(double angle, double half) {
+  return angle > half ? angle - half : angle < -half ? angle + half : 0.0;
+}
+
+double tl_spring_torque(const tl_spring *s, double twist_rad, double rate_rad_s, double *loss_W) {
+  double twist = beyond_gap(twist_rad, 0.5 * s->gap_rad), damping = s->damping_Nms_rad * rate_rad_s, torque;
+
+  if (s->gap_rad > 0.0 && twist == 0.0) return 0.0;
+  torque = tl_spring_elastic(s, twist) + damping;
+  if (s->gap_rad > 0.0 && !(torque * twist > 0.0)) return 0.0;
+  *loss_W += damping * rate_rad_s;
+  return torque;
+}
+
+/* ---- a link beyond it, along its motor's motion ---------------------------------------- */
+
+/* what changes from row to row and from step to step, and what does not */
 typedef struct {
-  double stiffness, half, soft, soft_loss, hardening, damping, h, h_over_inertia, drag_Nm, drag, dry, slow;
-  double angle, speed; /* the link's angle less the motor's; the link's speed */
+  tl_spring spring;
+  double half, drag_Nm; /* of the gap */
+  /* of a row */
+  double inertia, dry_Nm, viscous_Nms_rad;
+  double load_bulge, load_stiffness, load_damping; /* as tl_two_mass has them */
+  /* the link's angle less the motor's; the link's speed */
+  double angle, speed;
 } link_state;
+
+/* a step's length, and what follows from it */
+typedef struct {
+  double h, h_over_inertia, drag, dry, slow, grip;
+} link_step;
 
 static link_state begin_link(const tl_two_mass *link, double first_Nm, double speed) {
   link_state s;
 
-  s.stiffness = link->stiffness_Nm_rad;
+  memset(&s, 0, sizeof s);
+  s.spring.stiffness_Nm_rad = link->stiffness_Nm_rad;
+  s.spring.soft_rad = link->soft_rad;
+  s.spring.soft_share = link->soft_share;
+  s.spring.hardening_Nm_rad3 = link->hardening_Nm_rad3;
+  s.spring.damping_Nms_rad = link->damping_s * link->stiffness_Nm_rad;
   s.half = 0.5 * link->gap_rad;
-  s.soft = link->soft_rad;
-  s.soft_loss = link->stiffness_Nm_rad * (1.0 - link->soft_share);
-  s.hardening = link->hardening_Nm_rad3;
   s.drag_Nm = link->drag_Nm;
-  s.damping = link->damping_s * link->stiffness_Nm_rad;
-  s.h = s.h_over_inertia = s.drag = s.dry = s.slow = 0.0;
   s.angle = -first_Nm / link->stiffness_Nm_rad;
   if (first_Nm != 0.0) s.angle += first_Nm > 0.0 ? -s.half : s.half;
   s.speed = speed;
   return s;
 }
 
-/* steps of h from now on */
-static void set_step(link_state *s, const tl_two_mass *link, double h) {
-  double dry = h * link->friction_share / link->inertia_kg_m2,
-         viscous = h * link->viscous_share / link->inertia_kg_m2;
-
-  s->h = h;
-  s->h_over_inertia = h / link->inertia_kg_m2;
-  s->drag = s->h_over_inertia * s->drag_Nm;
-  s->dry = dry * (link->coulomb_Nm > 0.0 ? link->coulomb_Nm : 0.0);
-  s->slow = 1.0 / (1.0 + viscous * (link->viscous_Nms_rad > 0.0 ? link->viscous_Nms_rad : 0.0));
+static double amid(const double *x, size_t k, double otherwise) {
+  return x ? 0.5 * (x[k] + x[k + 1]) : otherwise;
 }
 
-/* torque of the spring by its twist */
-static double spring(const link_state *s, double twist) {
-  double soft = twist > s->soft ? s->soft : twist < -s->soft ? -s->soft : twist;
+/* from now on between rows k and k + 1 */
+static void set_row(link_state *s, const tl_two_mass *link, size_t k) {
+  s->inertia = amid(link->row_inertia_kg_m2, k, link->inertia_kg_m2);
+  s->load_bulge = link->row_bulge_Nm ? link->row_bulge_Nm[k] : 0.0;
+  s->load_stiffness = amid(link->row_stiffness_Nm_rad, k, 0.0);
+  s->load_damping = amid(link->row_damping_Nms_rad, k, 0.0);
+  s->dry_Nm = link->coulomb_Nm > 0.0 ? link->friction_share * link->coulomb_Nm : 0.0;
+  s->viscous_Nms_rad = link->viscous_Nms_rad > 0.0 ? link->viscous_share * link->viscous_Nms_rad : 0.0;
+}
 
-  return s->stiffness * twist - s->soft_loss * soft + s->hardening * twist * twist * twist;
+static link_step step_of(const link_state *s, double h) {
+  link_step step = {.h = h, .h_over_inertia = h / s->inertia};
+
+  step.drag = step.h_over_inertia * s->drag_Nm;
+  step.dry = step.h_over_inertia * s->dry_Nm;
+  step.slow = 1.0 / (1.0 + step.h_over_inertia * s->viscous_Nms_rad);
+  step.grip = 1.0 / (1.0 + 0.5 * step.h_over_inertia * s->spring.damping_Nms_rad);
+  return step;
 }
 
 /* Friction takes the link along with its motor, at the most to the motor's speed; its torque on the link. */
-static double drag_link(link_state *s, double motor) {
+static double drag_link(link_state *s, const link_step *step, double motor) {
   double change = motor - s->speed;
 
-  change = change > s->drag ? s->drag : change < -s->drag ? -s->drag : change;
+  change = change > step->drag ? step->drag : change < -step->drag ? -step->drag : change;
   s->speed += change;
-  return change / s->h_over_inertia;
+  return change / step->h_over_inertia;
 }
 
-/* One step, with motor and load amid it; the spring's torque on the link amid it. Teeth push and do not pull. */
-static double step_link(link_state *s, double motor, double load) {
+/* The link's speed amid a step but for the spring's push. */
+static double speed_amid(const link_state *s, const link_step *step, double load) {
+  if (s->dry_Nm > 0.0 && s->speed != 0.0) load += s->speed > 0.0 ? s->dry_Nm : -s->dry_Nm;
+  return s->speed - 0.5 * step->h_over_inertia * (load + s->viscous_Nms_rad * s->speed);
+}
+
+/* The spring's torque on the link by tl_spring_torque's law; its damping taken amid the step, where the push has given
+ * the link half its speed: force = elastic - damping (speed amid + h / 2 I force - motor). A link at rest may stay so. */
+static double contact(const link_state *s, const link_step *step, double beyond, double motor, double load) {
+  double elastic = -tl_spring_elastic(&s->spring, beyond), damping = s->spring.damping_Nms_rad;
+  double force = elastic + damping * motor;
+
+  if (s->speed != 0.0 || fabs(force - load) > s->dry_Nm)
+    force = (elastic - damping * (speed_amid(s, step, load) - motor)) * step->grip;
+  return s->half > 0.0 && force * beyond > 0.0 ? 0.0 : force;
+}
+
+/* One step, with motor and load amid it; the spring's torque on the link amid it. */
+static double step_over(link_state *s, const link_step *step, double motor, double load) {
   double beyond, force = 0.0;
 
-  s->angle += 0.5 * s->h * (s->speed - motor);
-  beyond = s->angle > s->half ? s->angle - s->half : s->angle < -s->half ? s->angle + s->half : 0.0;
-  if (beyond != 0.0) force = -spring(s, beyond) - s->damping * (s->speed - motor);
-  if (force * beyond > 0.0) force = 0.0;
-  s->speed += s->h_over_inertia * (force - load);
-  if (s->drag > 0.0) force += drag_link(s, motor);
-  s->speed -= s->speed > s->dry ? s->dry : s->speed < -s->dry ? -s->dry : s->speed;
-  s->speed *= s->slow;
-  s->angle += 0.5 * s->h * (s->speed - motor);
+  s->angle += 0.5 * step->h * (s->speed - motor);
+  beyond = beyond_gap(s->angle, s->half);
+  load += s->load_stiffness * s->angle + s->load_damping * (s->speed - motor);
+  if (beyond != 0.0) force = contact(s, step, beyond, motor, load);
+  s->speed += step->h_over_inertia * (force - load);
+  if (step->drag > 0.0) force += drag_link(s, step, motor);
+  s->speed -= s->speed > step->dry ? step->dry : s->speed < -step->dry ? -step->dry : s->speed;
+  s->speed *= step->slow;
+  s->angle += 0.5 * step->h * (s->speed - motor);
   return force;
 }
 
-/* The motor's speed at a share w of the way: its ends as recorded, and its mean what the angle says. Beside a stop
- * the recorded speeds alone do not carry the motor to the next row. */
-static double speed_at(const double v[2], double bulge, double w) {
-  return v[0] + w * (v[1] - v[0]) + w * (1.0 - w) * bulge;
+/* the share of a step after which the teeth meet or part; 0 if they do not */
+static double meeting(const link_state *s, double h, double motor) {
+  double end = s->angle + h * (s->speed - motor), share;
+  int apart = fabs(s->angle) < s->half;
+
+  if (apart == (fabs(end) < s->half)) return 0.0;
+  share = ((end + s->angle > 0.0 ? s->half : -s->half) - s->angle) / (end - s->angle);
+  return share > 0.01 && share < 0.99 ? share : 0.0;
+}
+
+/* A step in which teeth meet or part is cut there: a push for the rest of it alone. */
+static double step_link(link_state *s, const link_step *step, double motor, double load) {
+  double share = s->half > 0.0 ? meeting(s, step->h, motor) : 0.0, force;
+  link_step part;
+
+  if (share == 0.0) return step_over(s, step, motor, load);
+  part = step_of(s, share * step->h);
+  force = share * step_over(s, &part, motor, load);
+  part = step_of(s, (1.0 - share) * step->h);
+  return force + (1.0 - share) * step_over(s, &part, motor, load);
+}
+
+/* A value at a share w of the way: its ends as recorded, and its mean as that is known. A motor's is what the angle says:
+ * beside a stop the recorded speeds alone do not carry it to the next row. */
+static double value_at(const double ends[2], double bulge, double w) {
+  return ends[0] + w * (ends[1] - ends[0]) + w * (1.0 - w) * bulge;
+}
+
+/* the bulge that lifts the mean above the ends' by so much: 6 over what the steps amid [0, 1] make of w (1 - w) */
+static double bulge_of(int count, double above) {
+  return 6.0 / (1.0 + 0.5 / ((double)count * count)) * above;
+}
+
+/* of the motor's speed, from the angle that it goes */
+static double speed_bulge(int count, double mean_rad_s, const double v[2]) {
+  return bulge_of(count, mean_rad_s - 0.5 * (v[0] + v[1]));
 }
 
 /* sums over one half of a sample's steps */
@@ -119,22 +216,19 @@ typedef struct {
 } half_sample;
 
 /* all steps between two samples, in two halves: what is a mean about a sample takes one of either side */
-static void step_sample(link_state *s, int count, const double v[2], double bulge, const double load[2],
-                        half_sample half[2]) {
+static void step_sample(link_state *s, int count, double h_s, const double v[2], double bulge,
+                        const double load[2], half_sample half[2]) {
+  link_step step = step_of(s, h_s / count);
+  double load_bulge = bulge_of(count, s->load_bulge);
   int part;
 
   memset(half, 0, 2 * sizeof *half);
   for (part = 0; part < count; part++) {
     double w = (part + 0.5) / count, before = s->speed;
     half_sample *h = &half[2 * part >= count];
-    h->torque += step_link(s, speed_at(v, bulge, w), load[0] + w * (load[1] - load[0]));
+    h->torque += step_link(s, &step, value_at(v, bulge, w), value_at(load, load_bulge, w));
     h->speed += s->speed - before;
   }
-}
-
-/* the bulge that carries the motor on by its angle: 6 over what the steps amid [0, 1] make of w (1 - w) */
-static double bulge_of(int count, double mean_rad_s, const double v[2]) {
-  return 6.0 / (1.0 + 0.5 / ((double)count * count)) * (mean_rad_s - 0.5 * (v[0] + v[1]));
 }
 
 /* The link as it is at the first row, with the torque's sum over the half sample before it. What came before is not
@@ -152,8 +246,10 @@ static link_state settled_link(const tl_two_mass *link, int count, const double 
   for (; k > 0; k--) {
     const double back[2] = {-motor_rad_s[k], -motor_rad_s[k - 1]}, load[2] = {other_Nm[k], other_Nm[k - 1]};
     double h = t_s[k] - t_s[k - 1];
-    set_step(&s, link, h / count);
-    step_sample(&s, count, back, bulge_of(count, (motor_rad[k - 1] - motor_rad[k]) / h, back), load, half);
+    set_row(&s, link, k - 1);
+    s.load_damping = -s.load_damping;
+    step_sample(&s, count, h, back, speed_bulge(count, (motor_rad[k - 1] - motor_rad[k]) / h, back), load,
+                half);
   }
   *before_Nm = half[1].torque;
   s.speed = -s.speed;
@@ -171,9 +267,10 @@ void tl_two_mass_along(const tl_two_mass *link, const double *t_s, const double 
   for (k = 0; k + 1 < n; k++) {
     out->angle_rad[k] = s.angle;
     h = t_s[k + 1] - t_s[k];
-    set_step(&s, link, h / count);
-    step_sample(&s, count, &motor_rad_s[k],
-                bulge_of(count, (motor_rad[k + 1] - motor_rad[k]) / h, &motor_rad_s[k]), &other_Nm[k], half);
+    set_row(&s, link, k);
+    step_sample(&s, count, h, &motor_rad_s[k],
+                speed_bulge(count, (motor_rad[k + 1] - motor_rad[k]) / h, &motor_rad_s[k]), &other_Nm[k],
+                half);
     out->torque_Nm[k] = (before.torque + half[0].torque) / count;
     out->link_rad_s2[k] = 2.0 * (before.speed + half[0].speed) / (k > 0 ? before_s + h : h);
     before = half[1];

@@ -31,14 +31,14 @@ typedef struct point {
   tl_motion motion;
   double work, dissipated;
   double power, loss;
-  int whole; /* 1: `beyond` counts */
-  tl_link_state beyond;
+  int whole; /* 1: `link` counts */
+  tl_link_state link;
 } point;
 
-/* most plants have nothing beyond: then it is not carried along */
+/* most plants have no link state: then it is not carried along */
 static void copy_point(point *to, const point *from) {
-  memcpy(to, from, offsetof(point, beyond));
-  if (from->whole) to->beyond = from->beyond;
+  memcpy(to, from, offsetof(point, link));
+  if (from->whole) to->link = from->link;
 }
 
 /* the plant and what drives it, fixed during a call */
@@ -47,8 +47,32 @@ typedef struct plant {
   tl_torque_law law;
   const void *context;
   int joints;
-  tl_effect_dynamics acting; /* with effects, if there are any */
+  int contacts, contact[TL_CONTACTS]; /* where dry friction may act */
+  tl_effect_dynamics acting;          /* with effects, if there are any */
 } plant;
+
+/* speed, acceleration and slip at a contact */
+static double speed_at(const point *x, int c) {
+  return c < TL_CONTACT_LINK ? x->motion.v[c] : x->link.v[c - TL_CONTACT_LINK];
+}
+
+static double acceleration_at(const point *x, int c) {
+  return c < TL_CONTACT_LINK ? x->motion.a[c] : x->link.a[c - TL_CONTACT_LINK];
+}
+
+static double slip_at(const point *x, int c) {
+  return c < TL_CONTACT_LINK ? x->motion.slip[c] : x->link.slip[c - TL_CONTACT_LINK];
+}
+
+static void stop_at(point *x, int c) {
+  *(c < TL_CONTACT_LINK ? &x->motion.v[c] : &x->link.v[c - TL_CONTACT_LINK]) = 0.0;
+}
+
+/* is there dry friction at a contact, so that it can stick? */
+static int is_dry(const plant *p, int c) {
+  if (c >= TL_CONTACT_LINK) return tl_effect_dynamics_link_friction(&p->acting, c - TL_CONTACT_LINK) > 0.0;
+  return tl_effect_dynamics_is_dry(&p->acting, c);
+}
 
 void tl_held_torque(const void *context, double t_s, const tl_motion *motion, double torque[TL_MAX_JOINTS]) {
   const double *held = context;
@@ -107,7 +131,7 @@ static tl_status evaluate(const plant *p, const tl_joint_mode *mode, double t, p
   p->law(p->context, t, now, torque);
   x->power = x->loss = 0.0;
   status = p->acting.effects
-               ? tl_effect_dynamics_accelerate(&p->acting, t, mode, torque, now, &x->beyond, &x->loss)
+               ? tl_effect_dynamics_accelerate(&p->acting, t, mode, torque, now, &x->link, &x->loss)
                : accelerate(p, mode, torque, now);
   if (status != TL_OK) return status;
   tl_joint_torque(p->model, now->q, torque, joint);
@@ -122,14 +146,14 @@ static tl_status evaluate(const plant *p, const tl_joint_mode *mode, double t, p
 /* ---- one step ---------------------------------------------------------------- */
 
 /* what effects add to the state, along its rates */
-static void beyond_along(tl_link_state *y, double h, const tl_link_state *slope) {
+static void link_along(tl_link_state *y, double h, const tl_link_state *slope) {
   int j;
 
-  for (j = 0; j <= TL_MAX_JOINTS; j++) {
+  for (j = 0; j < TL_LINK_BODIES; j++) {
     y->q[j] += h * slope->v[j];
     y->v[j] += h * slope->a[j];
   }
-  for (j = 0; j < TL_MAX_JOINTS; j++) y->z[j] += h * slope->z_rate[j];
+  for (j = 0; j < TL_LINK_MEMORIES; j++) y->z[j] += h * slope->z_rate[j];
 }
 
 /* from x along the rates of `slope` for a time h */
@@ -143,17 +167,17 @@ static void step_along(const point *x, double h, const point *slope, point *y) {
   }
   y->work += h * slope->power;
   y->dissipated += h * slope->loss;
-  if (x->whole) beyond_along(&y->beyond, h, &slope->beyond);
+  if (x->whole) link_along(&y->link, h, &slope->link);
 }
 
-static void add_beyond(tl_link_state *mean, double weight, const tl_link_state *rates) {
+static void add_link(tl_link_state *mean, double weight, const tl_link_state *rates) {
   int j;
 
-  for (j = 0; j <= TL_MAX_JOINTS; j++) {
+  for (j = 0; j < TL_LINK_BODIES; j++) {
     mean->v[j] += weight * rates->v[j];
     mean->a[j] += weight * rates->a[j];
   }
-  for (j = 0; j < TL_MAX_JOINTS; j++) mean->z_rate[j] += weight * rates->z_rate[j];
+  for (j = 0; j < TL_LINK_MEMORIES; j++) mean->z_rate[j] += weight * rates->z_rate[j];
 }
 
 /* the rates of the classical Runge-Kutta step, from those at its four points */
@@ -161,7 +185,7 @@ static void mean_slope(const point k[4], point *mean) {
   static const double weight[4] = {1.0 / 6.0, 2.0 / 6.0, 2.0 / 6.0, 1.0 / 6.0};
   int i, j;
 
-  memset(mean, 0, k[0].whole ? sizeof *mean : offsetof(point, beyond));
+  memset(mean, 0, k[0].whole ? sizeof *mean : offsetof(point, link));
   for (i = 0; i < 4; i++) {
     for (j = 0; j < TL_MAX_JOINTS; j++) {
       mean->motion.v[j] += weight[i] * k[i].motion.v[j];
@@ -169,7 +193,7 @@ static void mean_slope(const point k[4], point *mean) {
     }
     mean->power += weight[i] * k[i].power;
     mean->loss += weight[i] * k[i].loss;
-    if (k[0].whole) add_beyond(&mean->beyond, weight[i], &k[i].beyond);
+    if (k[0].whole) add_link(&mean->link, weight[i], &k[i].link);
   }
 }
 
@@ -183,21 +207,22 @@ typedef struct attempt {
   double error;       /* of its velocities */
 } attempt;
 
+/* the larger of `worst` and the difference, which may not be a number */
+static double larger(double worst, double a, double b) {
+  double off = fabs(a - b);
+
+  return off <= worst ? worst : off;
+}
+
 /* The largest difference of the rates of velocity. The end's own rates in the place of the fourth make a
  * formula of third order, so over 6 this is its difference from that of fourth order. */
 static double difference(const point *fourth, const point *end) {
-  double worst = 0.0, off;
+  double worst = 0.0;
   int j;
 
-  for (j = 0; j <= TL_MAX_JOINTS; j++) {
-    off = fabs(fourth->beyond.a[j] - end->beyond.a[j]);
-    if (!(off <= worst)) worst = off;
-    if (j == TL_MAX_JOINTS) break;
-    off = fabs(fourth->motion.a[j] - end->motion.a[j]);
-    if (!(off <= worst)) worst = off;
-    off = fabs(fourth->beyond.z_rate[j] - end->beyond.z_rate[j]);
-    if (!(off <= worst)) worst = off;
-  }
+  for (j = 0; j < TL_LINK_BODIES; j++) worst = larger(worst, fourth->link.a[j], end->link.a[j]);
+  for (j = 0; j < TL_MAX_JOINTS; j++) worst = larger(worst, fourth->motion.a[j], end->motion.a[j]);
+  for (j = 0; j < TL_LINK_MEMORIES; j++) worst = larger(worst, fourth->link.z_rate[j], end->link.z_rate[j]);
   return worst;
 }
 
@@ -234,17 +259,17 @@ static tl_status try_step(attempt *a, double *h) {
 
 /* ---- changes of mode ----------------------------------------------------------- */
 
-/* how far joint j is into what its mode forbids: > 0 means that a change lies behind */
-static double trespass(tl_joint_mode mode, int j, const point *x) {
+/* how far contact c is into what its mode forbids: > 0 means that a change lies behind */
+static double trespass(tl_joint_mode mode, int c, const point *x) {
   if (mode == TL_MODE_FREE) return -1.0;
-  if (mode == TL_MODE_STICK) return fabs(x->motion.slip[j]) - 1.0;
-  return -(double)mode * x->motion.v[j];
+  if (mode == TL_MODE_STICK) return fabs(slip_at(x, c)) - 1.0;
+  return -(double)mode * speed_at(x, c);
 }
 
-/* The length at which joint j's trespass begins, within TL_EVENT_TIME_S: it is <= 0 at no length and
+/* The length at which contact c's trespass begins, within TL_EVENT_TIME_S: it is <= 0 at no length and
  * at_high > 0 at *high, which becomes the end just beyond the change. Regula falsi (Illinois), every
  * third step a bisection. */
-static tl_status locate(attempt *a, int j, double at_low, double at_high, double *high) {
+static tl_status locate(attempt *a, int c, double at_low, double at_high, double *high) {
   double low = 0.0;
   int i, side = 0;
 
@@ -254,7 +279,7 @@ static tl_status locate(attempt *a, int j, double at_low, double at_high, double
     if (i % 3 == 2 || !(h > low && h < *high)) h = 0.5 * (low + *high);
     status = try_length(a, h);
     if (status != TL_OK) return status;
-    value = trespass(a->mode[j], j, &a->end);
+    value = trespass(a->mode[c], c, &a->end);
     if (value > 0.0) {
       *high = h;
       at_high = value;
@@ -270,63 +295,72 @@ static tl_status locate(attempt *a, int j, double at_low, double at_high, double
   return TL_OK;
 }
 
-/* the first change within a step of *h that has been tried: *h becomes its instant; bit j of the
- * answer's *changed says that joint j changes there */
+/* the first change within a step of *h that has been tried: *h becomes its instant; bit c of the
+ * answer's *changed says that contact c changes there */
 static tl_status first_change(attempt *a, double *h, int *changed) {
-  double at[TL_MAX_JOINTS], whole = *h;
+  double at[TL_CONTACTS], whole = *h;
   point end;
-  int j;
+  int k;
 
   copy_point(&end, &a->end);
   *changed = 0;
-  for (j = 0; j < a->p->joints; j++) {
-    double beyond = trespass(a->mode[j], j, &end);
+  for (k = 0; k < a->p->contacts; k++) {
+    int c = a->p->contact[k];
+    double beyond = trespass(a->mode[c], c, &end);
     tl_status status;
-    at[j] = whole;
+    at[k] = whole;
     if (!(beyond > 0.0)) continue;
-    status = locate(a, j, trespass(a->mode[j], j, a->begin), beyond, &at[j]);
+    status = locate(a, c, trespass(a->mode[c], c, a->begin), beyond, &at[k]);
     if (status != TL_OK) return status;
-    *changed |= 1 << j;
-    if (at[j] < *h) *h = at[j];
+    *changed |= 1 << c;
+    if (at[k] < *h) *h = at[k];
   }
-  for (j = 0; j < a->p->joints; j++)
-    if (at[j] > *h) *changed &= ~(1 << j);
+  for (k = 0; k < a->p->contacts; k++)
+    if (at[k] > *h) *changed &= ~(1 << a->p->contact[k]);
   return *changed ? try_length(a, *h) : TL_OK;
 }
 
-/* do the joints at rest agree with their modes? A sticking one to `tolerance` of its Coulomb level. */
+/* do the contacts at rest agree with their modes? A sticking one to `tolerance` of its Coulomb level. */
 static int is_consistent(const plant *p, const tl_joint_mode *mode, const point *x, double tolerance) {
-  int j;
+  int k;
 
-  for (j = 0; j < p->joints; j++) {
-    if (mode[j] == TL_MODE_FREE || x->motion.v[j] != 0.0) continue;
-    if (mode[j] == TL_MODE_STICK && !(fabs(x->motion.slip[j]) <= 1.0 + tolerance)) return 0;
-    if (mode[j] != TL_MODE_STICK && !((double)mode[j] * x->motion.a[j] > 0.0)) return 0;
+  for (k = 0; k < p->contacts; k++) {
+    int c = p->contact[k];
+    if (mode[c] == TL_MODE_FREE || speed_at(x, c) != 0.0) continue;
+    if (mode[c] == TL_MODE_STICK && !(fabs(slip_at(x, c)) <= 1.0 + tolerance)) return 0;
+    if (mode[c] != TL_MODE_STICK && !((double)mode[c] * acceleration_at(x, c) > 0.0)) return 0;
   }
   return 1;
 }
 
-/* Modes from what the joints do now, and the rates that follow. The direction of a joint at rest is
+/* modes of the contacts that slide or are free; at_rest[] those whose direction is to be found, and their number */
+static int moving_modes(const plant *p, const point *x, tl_joint_mode *mode, int at_rest[TL_CONTACTS]) {
+  int k, rest = 0;
+
+  for (k = 0; k < p->contacts; k++) {
+    int c = p->contact[k];
+    double v = speed_at(x, c);
+    if (!is_dry(p, c))
+      mode[c] = TL_MODE_FREE;
+    else if (v != 0.0)
+      mode[c] = v > 0.0 ? TL_MODE_FORWARD : TL_MODE_BACKWARD;
+    else
+      at_rest[rest++] = c;
+  }
+  return rest;
+}
+
+/* Modes from what the contacts do now, and the rates that follow. The direction of one at rest is
  * looked for among all patterns, sticking first; a second round forgives rounding at the border. */
 static tl_status settle(const plant *p, double t, tl_joint_mode *mode, point *x) {
   static const tl_joint_mode choice[3] = {TL_MODE_STICK, TL_MODE_FORWARD, TL_MODE_BACKWARD};
-  int pattern, round, j, at_rest[TL_MAX_JOINTS] = {0, 0};
+  int at_rest[TL_CONTACTS], rest = moving_modes(p, x, mode, at_rest), patterns = 1, pattern, round, k, digit;
 
-  for (j = 0; j < p->joints; j++) {
-    if (!tl_effect_dynamics_is_dry(&p->acting, j))
-      mode[j] = TL_MODE_FREE;
-    else if (x->motion.v[j] != 0.0)
-      mode[j] = x->motion.v[j] > 0.0 ? TL_MODE_FORWARD : TL_MODE_BACKWARD;
-    else
-      at_rest[j] = 1;
-  }
+  for (k = 0; k < rest; k++) patterns *= 3;
   for (round = 0; round < 2; round++) {
-    for (pattern = 0; pattern < 9; pattern++) {
-      int digit[TL_MAX_JOINTS] = {pattern % 3, pattern / 3};
+    for (pattern = 0; pattern < patterns; pattern++) {
       tl_status status;
-      if ((!at_rest[0] && digit[0] != 0) || (!at_rest[1] && digit[1] != 0)) continue;
-      for (j = 0; j < TL_MAX_JOINTS; j++)
-        if (at_rest[j]) mode[j] = choice[digit[j]];
+      for (k = 0, digit = pattern; k < rest; k++, digit /= 3) mode[at_rest[k]] = choice[digit % 3];
       status = evaluate(p, mode, t, x);
       if (status != TL_OK) return status;
       if (is_consistent(p, mode, x, round == 0 ? 0.0 : BORDER)) return TL_OK;
@@ -361,10 +395,13 @@ tl_status tl_simulation_init(tl_simulation *s, const tl_model *m, const double q
 
 static int is_sound(const point *x) {
   const tl_motion *m = &x->motion;
-  double beyond = x->whole ? x->beyond.q[0] + x->beyond.q[1] + x->beyond.q[2] : 0.0;
+  double link = 0.0;
+  int j;
+
+  for (j = 0; j < TL_LINK_BODIES && x->whole; j++) link += x->link.q[j];
 
   return tl_is_finite(m->q[0]) && tl_is_finite(m->q[1]) && tl_is_finite(m->v[0]) && tl_is_finite(m->v[1]) &&
-         tl_is_finite(x->work) && tl_is_finite(x->dissipated) && tl_is_finite(beyond);
+         tl_is_finite(x->work) && tl_is_finite(x->dissipated) && tl_is_finite(link);
 }
 
 static void keep(tl_simulation *s, double t, const point *x) {
@@ -372,7 +409,7 @@ static void keep(tl_simulation *s, double t, const point *x) {
   s->motion = x->motion;
   s->work_J = x->work;
   s->dissipated_J = x->dissipated;
-  if (x->whole) s->beyond = x->beyond;
+  if (x->whole) s->link = x->link;
 }
 
 /* One step towards until_s, to the next change at most; *changed as first_change says. */
@@ -381,7 +418,7 @@ static tl_status advance(const plant *p, double step_s, double until_s, tl_simul
   double left = until_s - s->t_s, steps = floor(left / step_s + (1.0 - 1e-9)), whole, h;
   attempt a = {.p = p, .mode = s->mode, .t = s->t_s, .begin = x};
   tl_status status;
-  int j;
+  int k;
 
   h = whole = steps > 1.0 ? left / steps : left;
   status = try_step(&a, &h);
@@ -390,14 +427,16 @@ static tl_status advance(const plant *p, double step_s, double until_s, tl_simul
   if (status != TL_OK) return status;
   if (!is_sound(&a.end)) return TL_ERR_NOT_FINITE;
   copy_point(x, &a.end);
-  for (j = 0; j < p->joints; j++)
-    if (*changed >> j & 1) x->motion.v[j] = 0.0;
+  for (k = 0; k < p->contacts; k++)
+    if (*changed >> p->contact[k] & 1) stop_at(x, p->contact[k]);
   keep(s, *changed == 0 && !(steps > 1.0) ? until_s : s->t_s + h, x);
   return TL_OK;
 }
 
 static void set_plant(plant *p, const tl_model *m, tl_torque_law law, const void *context,
                       const tl_simulation *s) {
+  int j;
+
   p->model = p->acting.model = m;
   p->law = law;
   p->context = context;
@@ -406,19 +445,49 @@ static void set_plant(plant *p, const tl_model *m, tl_torque_law law, const void
   p->acting.begin_s = s->effects_begin_s;
   tl_effect_dynamics_init(&p->acting);
   p->joints = p->acting.joints;
+  p->contacts = 0;
+  for (j = 0; j < p->joints; j++) p->contact[p->contacts++] = j;
+  for (j = 0; j < p->joints; j++)
+    if (tl_effect_dynamics_link_friction(&p->acting, j) > 0.0)
+      p->contact[p->contacts++] = TL_CONTACT_LINK + j;
 }
 
-void tl_simulation_joints(const tl_simulation *s, tl_motion *joints) {
+/* a rigid joint ahead of its motor's motion */
+static void run_ahead(const tl_model *m, const tl_effect_change *c, int j, tl_motion *joints) {
+  double ahead[3], v = joints->v[j];
+
+  tl_effect_dynamics_ahead(m, c, j, joints->q[j], ahead);
+  joints->q[j] += ahead[0];
+  joints->v[j] = v * (1.0 + ahead[1]);
+  joints->a[j] = joints->a[j] * (1.0 + ahead[1]) + ahead[2] * v * v;
+}
+
+double tl_simulation_base_angle(const tl_simulation *s) {
+  tl_effect_change base;
+  double angle = 0.0;
+  int k;
+
+  if (!s->link.begun) return 0.0;
+  base = tl_effects_change(s->effect, s->effects, TL_MAX_JOINTS);
+  for (k = 0; k < base.mount_modes && k < TL_MOUNT_MODES; k++)
+    if (base.mount[k].mode == TL_MOUNT_TURNS) angle += s->link.q[TL_MAX_JOINTS + k];
+  return angle;
+}
+
+void tl_simulation_joints(const tl_model *m, const tl_simulation *s, tl_motion *joints) {
   tl_effect_change c;
   int j;
 
   *joints = s->motion;
-  for (j = 0; j < TL_MAX_JOINTS && s->beyond.begun; j++) {
+  for (j = 0; j < TL_MAX_JOINTS && s->link.begun; j++) {
     c = tl_effects_change(s->effect, s->effects, j);
-    if (!(c.compliance_rad_Nm > 0.0)) continue;
-    joints->q[j] = s->beyond.q[j];
-    joints->v[j] = s->beyond.v[j];
-    joints->a[j] = s->beyond.a[j];
+    if (!(c.compliance_rad_Nm > 0.0)) {
+      if (c.ripple.n > 0) run_ahead(m, &c, j, joints);
+      continue;
+    }
+    joints->q[j] = s->link.q[j];
+    joints->v[j] = s->link.v[j];
+    joints->a[j] = s->link.a[j];
   }
 }
 
@@ -433,12 +502,12 @@ tl_status tl_simulate(const tl_model *m, tl_torque_law law, const void *context,
   if (!m || !law || !s || !(step_s > 0.0) || !(until_s >= s->t_s)) return TL_ERR_ARGUMENT;
   set_plant(&p, m, law, context, s);
   if (coulomb_is_unsupported(m, &p.acting)) return TL_ERR_UNSUPPORTED;
-  memset(&x, 0, s->effects > 0 ? sizeof x : offsetof(point, beyond));
+  memset(&x, 0, s->effects > 0 ? sizeof x : offsetof(point, link));
   x.motion = s->motion;
   if (s->effects > 0) {
     x.whole = 1;
-    x.beyond = s->beyond;
-    tl_effect_dynamics_begin(&p.acting, &x.motion, &x.beyond);
+    x.link = s->link;
+    tl_effect_dynamics_begin(&p.acting, &x.motion, &x.link);
   }
   x.work = s->work_J;
   x.dissipated = s->dissipated_J;

@@ -1,18 +1,23 @@
-/* simulate_effects.c: see acting.h.
+/* simulate_effects.c: see simulate_effects.h.
  *
  * With the drives' torque D_j at joint j (less the model's viscous friction and offset), an
  * effect's torque T_j and the level L_j of its friction beside the model's Coulomb C_j, what is
  * left for inertia and gravity is the load
  *     l_j = D_j - T_j - s_j (C_j + L_j(l_j)),
  * one scalar equation a joint: friction that depends on the load needs no acceleration. It is
- * solved by secants on the fixed point, exact in two steps where L is straight in l.
+ * solved by secants on the fixed point, exact in two steps where T and L are straight in l.
  * A sticking joint has a = 0; its friction f follows from the equations, its load is D_j - T_j - f,
  * and it holds while |f| <= C_j + L_j.
  *
  * Where a transmission twists, all this happens on the motor's side, a body of its own with the motor's
- * inertia I: I a = D - T - f - S, S the torque of the twisted spring, which then moves the joint beyond.
- * A base that sways by x adds to every absolute angle: the leg moves as if its knee stood at q_0 + x,
- * and its row of the equations, which is the torque between mount and leg, turns the mount back.
+ * inertia I: I a = D - T - f - S - G, S the torque of the twisted spring (tl_spring_torque) and G that of dry friction
+ * between motor and link, which then move the link, whose own friction stands against it. The latter acts
+ * through a memory (tl_dahl_rate) of a travel far below what a sensor shows.
+ * A joint that runs ahead of its motor by e(q) stands at q + e: with J = 1 + e' its torque and inertia come back to the
+ * motor as J T and J M J, by virtual work.
+ * A mount that turns by x adds to every absolute angle: the leg moves as if its knee stood at q_0 + x, and its row of
+ * the equations, the torque between mount and leg, turns the mount back. One that sways or rises accelerates the leg as
+ * one more gravity, and feels the leg's forces.
  */
 #include "simulate_effects.h"
 
@@ -20,10 +25,14 @@
 #include <string.h>
 
 #include "effect_link.h"
+#include "talus/experimental/hysteresis.h"
 #include "talus/math.h"
 
 #define MAX_LOAD_STEPS 60
 #define LOAD_TOLERANCE 1e-13
+#define MAX_ROTOR_STEPS 30
+#define ROTOR_TOLERANCE 1e-12
+#define DRAG_TRAVEL 2e-5 /* [rad] */
 
 /* one joint at an instant */
 typedef struct joint_side {
@@ -43,7 +52,7 @@ static void apply(const tl_effect_dynamics *p, int joint, joint_side *side) {
   side->now.friction_Nm = p->model->drive[joint].coulomb_Nm * side->now.slip +
                           p->model->drive[joint].viscous_Nms_rad * side->now.v;
   side->torque = memory * side->z;
-  side->level = p->model->drive[joint].coulomb_Nm - memory;
+  side->level = p->model->drive[joint].coulomb_Nm * (1.0 - p->change[joint].friction_share) - memory;
   for (i = 0; i < p->effects; i++) {
     const tl_effect *e = &p->effect[i];
     if (e->kind->acts != TL_EFFECT_MECHANICAL || !tl_effect_at(e, joint)) continue;
@@ -79,68 +88,127 @@ static tl_status solve_load(const tl_effect_dynamics *p, int joint, joint_side *
 
 /* ---- bodies ---------------------------------------------------------------------- */
 
-static int twists(const tl_effect_change *c) {
-  return c->compliance_rad_Nm > 0.0;
+static tl_spring spring_of(const tl_effect_change *c) {
+  tl_spring spring = {1.0 / c->compliance_rad_Nm, c->gap_rad,           c->soft_rad,
+                      1.0 - c->soft_loss,         c->hardening_Nm_rad3, c->damping_s / c->compliance_rad_Nm};
+
+  return spring;
+}
+
+/* does a friction at the joint grow with the load less the rotor's inertia, and is there one? */
+static int needs_rotor(const tl_effect_dynamics *p, int joint) {
+  int i;
+
+  for (i = 0; i < p->effects; i++) {
+    const tl_effect *e = &p->effect[i];
+    if (e->kind->rotor_share && tl_effect_at(e, joint) && e->value[e->kind->rotor_share] != 1.0) return 1;
+  }
+  return 0;
+}
+
+static void init_joint(tl_effect_dynamics *p, int j) {
+  const tl_effect_change *c = &p->change[j];
+
+  p->link.drive[j].coulomb_Nm = p->link.drive[j].viscous_Nms_rad = 0.0;
+  p->needs_rotor[j] = j < p->joints && needs_rotor(p, j);
+  p->twists[j] = c->compliance_rad_Nm > 0.0;
+  if (!p->twists[j]) return;
+  p->spring[j] = spring_of(c);
+  tl_take_motor(&p->link, j, c->motor_share);
 }
 
 void tl_effect_dynamics_init(tl_effect_dynamics *p) {
+  const tl_effect_change *base = &p->change[TL_MAX_JOINTS];
   int j;
 
   p->joints = tl_joint_count(p->model);
   if (p->effects == 0) return;
   p->link = *p->model;
   tl_clear_offsets(&p->link);
-  for (j = 0; j < TL_BODIES; j++) p->change[j] = tl_effects_change(p->effect, p->effects, j);
-  p->sways = p->change[TL_MAX_JOINTS].base_compliance_rad_Nm > 0.0;
-  if (p->sways) p->base_inertia = tl_effect_dynamics_base_inertia(p->model, &p->change[TL_MAX_JOINTS]);
-  for (j = 0; j < TL_MAX_JOINTS; j++) {
-    p->link.drive[j].coulomb_Nm = p->link.drive[j].viscous_Nms_rad = 0.0;
-    p->twists[j] = twists(&p->change[j]);
-    if (p->twists[j]) tl_take_motor(&p->link, j, p->change[j].motor_share);
+  for (j = 0; j <= TL_MAX_JOINTS; j++) p->change[j] = tl_effects_change(p->effect, p->effects, j);
+  p->modes = base->mount_modes < TL_MOUNT_MODES ? base->mount_modes : TL_MOUNT_MODES;
+  p->moves = 0;
+  for (j = 0; j < p->modes; j++) {
+    p->mount_inertia[j] = tl_effect_dynamics_mount_inertia(p->model, &base->mount[j]);
+    p->moves |= base->mount[j].mode != TL_MOUNT_TURNS;
   }
+  for (j = 0; j < TL_MAX_JOINTS; j++) init_joint(p, j);
+  if (!p->moves) return;
+  p->weightless = tl_effect_bare_model(p->model);
+  p->weightless.gravity_m_s2 = 1.0;
 }
 
 int tl_effect_dynamics_is_dry(const tl_effect_dynamics *p, int joint) {
   int i;
 
-  if (p->model->drive[joint].coulomb_Nm > 0.0) return 1;
+  if (p->model->drive[joint].coulomb_Nm > 0.0 && (!p->effects || p->change[joint].friction_share < 1.0))
+    return 1;
   for (i = 0; i < p->effects; i++)
     if (p->effect[i].kind->dry && tl_effect_at(&p->effect[i], joint)) return 1;
   return 0;
 }
 
-void tl_effect_dynamics_begin(const tl_effect_dynamics *p, const tl_motion *motion, tl_link_state *beyond) {
+double tl_effect_dynamics_link_friction(const tl_effect_dynamics *p, int joint) {
+  if (p->effects == 0 || !p->twists[joint]) return 0.0;
+  return p->change[joint].friction_share * p->model->drive[joint].coulomb_Nm;
+}
+
+void tl_effect_dynamics_begin(const tl_effect_dynamics *p, const tl_motion *motion, tl_link_state *link) {
   int j;
 
-  if (beyond->begun || p->effects == 0) return;
-  beyond->begun = 1;
+  if (link->begun || p->effects == 0) return;
+  link->begun = 1;
   for (j = 0; j < p->joints; j++) {
-    beyond->q[j] = motion->q[j];
-    beyond->v[j] = motion->v[j];
+    link->q[j] = motion->q[j];
+    link->v[j] = motion->v[j];
   }
 }
 
-double tl_effect_dynamics_base_inertia(const tl_model *m, const tl_effect_change *base) {
-  static const double hanging[TL_MAX_JOINTS] = {0.0, 0.0};
-  double matrix[TL_MAX_JOINTS * TL_MAX_JOINTS] = {0.0}, w = 2.0 * TL_PI * base->base_hz;
+/* A mount's force on the leg by its acceleration, and the leg's on it: lever arms at both joints, and the pull of what
+ * turns with a speed. Moments of shank and foot [kg m], each times the sine and the cosine of its absolute angle. */
+typedef struct mount_arms {
+  double arm[TL_MAX_JOINTS], pull;
+} mount_arms;
 
-  tl_inertia_matrix(m, hanging, matrix);
-  return 1.0 / (base->base_compliance_rad_Nm * w * w) - matrix[0];
+static mount_arms arms_of(const tl_model *weightless, const tl_motion *now, int rises) {
+  double moment[2][TL_MAX_JOINTS], side = rises ? 1.0 : -1.0, foot_v = now->v[0] + now->v[1];
+  const double *along = moment[rises], *across = moment[!rises];
+  tl_motion still;
+  mount_arms m;
+
+  memset(&still, 0, sizeof still);
+  memcpy(still.q, now->q, sizeof still.q);
+  tl_inverse(weightless, &still, moment[0]);
+  moment[1][0] = tl_effect_tilt_of(weightless, &still, 0);
+  moment[1][1] = tl_effect_tilt_of(weightless, &still, 1);
+  m.arm[0] = across[0];
+  m.arm[1] = across[1];
+  /* an end goes on a circle: r sin q to the front, -r cos q upwards */
+  m.pull = side * ((along[0] - along[1]) * now->v[0] * now->v[0] + along[1] * foot_v * foot_v);
+  return m;
 }
 
-/* torque of a twisted transmission, and what its damping takes; teeth in contact do not pull */
-static double spring(const tl_effect_change *c, double twist, double rate, double *loss_W) {
-  double side = twist < 0.0 ? -1.0 : 1.0, depth = fabs(twist) - 0.5 * c->gap_rad, torque, damping;
+double tl_effect_dynamics_mount_inertia(const tl_model *m, const tl_effect_mount *mount) {
+  static const tl_motion hanging;
+  double matrix[TL_MAX_JOINTS * TL_MAX_JOINTS] = {0.0}, w = 2.0 * TL_PI * mount->frequency_Hz;
+  double whole = 1.0 / (mount->compliance * w * w);
+  mount_arms arms;
+  tl_model weightless;
 
-  if (!(depth > 0.0)) return 0.0;
-  damping = c->damping_s * rate / c->compliance_rad_Nm;
-  torque = side * depth / c->compliance_rad_Nm + damping;
-  if (c->gap_rad > 0.0 && !(torque * side > 0.0)) return 0.0;
-  *loss_W += damping * rate;
-  return torque;
+  tl_inertia_matrix(m, hanging.q, matrix);
+  if (mount->mode == TL_MOUNT_TURNS) return whole - matrix[0];
+  weightless = tl_effect_bare_model(m);
+  weightless.gravity_m_s2 = 1.0;
+  arms = arms_of(&weightless, &hanging, mount->mode == TL_MOUNT_RISES);
+  return whole > arms.arm[0] * arms.arm[0] / matrix[0] ? whole : 0.0;
 }
 
 /* ---- sides ------------------------------------------------------------------------- */
+
+/* viscous friction on the motor's side */
+static double viscous(const tl_effect_dynamics *p, int joint) {
+  return p->model->drive[joint].viscous_Nms_rad * (1.0 - p->change[joint].viscous_share);
+}
 
 static tl_status look_at(const tl_effect_dynamics *p, int joint, double t_s, double drive_Nm,
                          tl_joint_mode mode, const tl_motion *motion, joint_side *side) {
@@ -151,7 +219,8 @@ static tl_status look_at(const tl_effect_dynamics *p, int joint, double t_s, dou
   for (i = 0; i < p->effects; i++)
     if (p->effect[i].joint == TL_MAX_JOINTS && p->effect[i].kind->law)
       side->now.gravity_tilt_Nm = tl_effect_tilt_of(m, motion, joint);
-  side->drive = drive_Nm - m->drive[joint].viscous_Nms_rad * motion->v[joint];
+  if (p->needs_rotor[joint]) side->now.rotor_Nm = tl_rotor_torque(m, motion, joint);
+  side->drive = drive_Nm - viscous(p, joint) * motion->v[joint];
   side->drive -= tl_joint_offset(m, joint);
   if (mode == TL_MODE_FORWARD || mode == TL_MODE_BACKWARD) {
     side->now.slip = (double)mode;
@@ -162,11 +231,15 @@ static tl_status look_at(const tl_effect_dynamics *p, int joint, double t_s, dou
   return TL_OK;
 }
 
-/* share of its level that a sticking joint's friction needs */
+/* Share of its level that a sticking joint's friction needs, where torque was what an effect takes at a load without
+ * friction: one that depends on the load takes its part of it. */
 static double stick(const tl_effect_dynamics *p, int joint, double friction, joint_side *side) {
+  double torque = side->torque;
+
   side->now.slip = friction < 0.0 ? -1.0 : 1.0;
-  side->now.load_Nm = side->drive - side->torque - friction;
+  side->now.load_Nm = side->drive - torque - friction;
   apply(p, joint, side);
+  friction -= side->torque - torque;
   if (friction == 0.0) return 0.0;
   return friction / side->level; /* infinite where nothing holds it */
 }
@@ -210,67 +283,151 @@ static tl_status solve(equations *e) {
   return TL_OK;
 }
 
-/* inertia and what gravity and speed leave of it, in e->matrix and, taken off, e->left */
-static void set_bodies(const tl_effect_dynamics *p, const tl_motion *motion, const tl_link_state *beyond,
-                       equations *e, double *loss_W) {
-  const int base = p->joints;
-  double matrix[TL_MAX_JOINTS * TL_MAX_JOINTS] = {0.0}, bias[TL_MAX_JOINTS] = {0.0, 0.0};
-  tl_motion at_rest = *motion;
+void tl_effect_dynamics_ahead(const tl_model *m, const tl_effect_change *c, int joint, double q,
+                              double ahead[3]) {
+  const tl_transmission *t = &m->drive[joint].transmission;
+  double wave[3], ratio, slope;
+
+  ahead[0] = ahead[1] = ahead[2] = 0.0;
+  if (c->ripple.n == 0) return;
+  tl_transmission_ratio(t, q, &ratio, &slope);
+  tl_effect_waves_at(&c->ripple, tl_transmission_motor_angle(t, q), wave);
+  ahead[0] = wave[0];
+  ahead[1] = wave[1] * ratio;
+  ahead[2] = wave[2] * ratio * ratio + wave[1] * slope;
+}
+
+/* what the link's motion is, all but its accelerations: a[] of a joint that is not moved by itself is what its speed
+ * leaves of it */
+static void link_motion(const tl_effect_dynamics *p, const tl_motion *motion, const tl_link_state *link,
+                        double ahead[TL_MAX_JOINTS][3], tl_motion *now) {
   int j, k;
 
+  *now = *motion;
   for (j = 0; j < TL_MAX_JOINTS; j++) {
-    if (p->twists[j]) at_rest.q[j] = beyond->q[j];
-    if (p->twists[j]) at_rest.v[j] = beyond->v[j];
-    at_rest.a[j] = at_rest.slip[j] = 0.0;
+    now->a[j] = now->slip[j] = 0.0;
+    if (p->twists[j]) {
+      now->q[j] = link->q[j];
+      now->v[j] = link->v[j];
+    } else if (p->change[j].ripple.n > 0) {
+      now->q[j] += ahead[j][0];
+      now->v[j] *= 1.0 + ahead[j][1];
+      now->a[j] = ahead[j][2] * motion->v[j] * motion->v[j];
+    }
   }
-  if (p->sways) at_rest.q[0] += beyond->q[TL_MAX_JOINTS];
-  if (p->sways) at_rest.v[0] += beyond->v[TL_MAX_JOINTS];
-  tl_inverse(&p->link, &at_rest, bias);
-  tl_joint_torque(&p->link, at_rest.q, bias, bias);
-  tl_inertia_matrix(&p->link, at_rest.q, matrix);
-  e->n = p->joints + p->sways;
+  for (k = 0; k < p->modes; k++) {
+    if (p->change[TL_MAX_JOINTS].mount[k].mode != TL_MOUNT_TURNS) continue;
+    now->q[0] += link->q[TL_MAX_JOINTS + k];
+    now->v[0] += link->v[TL_MAX_JOINTS + k];
+  }
+}
+
+/* row and column of the mount's mode k, after the joints' */
+static void set_mode(const tl_effect_dynamics *p, int k, const tl_motion *now, const tl_link_state *link,
+                     const double *bias, const double *by_motor, equations *e, double *loss_W) {
+  const tl_effect_mount *c = &p->change[TL_MAX_JOINTS].mount[k];
+  double w = 2.0 * TL_PI * c->frequency_Hz, stiffness = 1.0 / c->compliance;
+  double x = link->q[TL_MAX_JOINTS + k], v = link->v[TL_MAX_JOINTS + k], whole = p->mount_inertia[k];
+  double damping = 2.0 * c->damping_ratio * stiffness / w * v, pull = bias[0], arm0 = 0.0;
+  const int row = p->joints + k;
+  int i;
+
+  if (c->mode == TL_MOUNT_TURNS) {
+    for (i = 0; i < p->joints; i++) e->matrix[row][i] = e->matrix[0][i] / by_motor[0];
+    whole += arm0 = e->matrix[0][0] / (by_motor[0] * by_motor[0]);
+  } else {
+    mount_arms arms = arms_of(&p->weightless, now, c->mode == TL_MOUNT_RISES);
+    for (i = 0; i < p->joints; i++) e->matrix[row][i] = arms.arm[i] * by_motor[i];
+    pull = arms.pull;
+    for (i = 0; i < p->joints; i++) pull += arms.arm[i] * now->a[i];
+    arm0 = arms.arm[0];
+  }
+  /* what turns is pulled along by every other mode; sways and rises are across each other */
+  for (i = 0; i < k; i++)
+    if (p->change[TL_MAX_JOINTS].mount[i].mode == TL_MOUNT_TURNS) e->matrix[row][p->joints + i] = arm0;
+  for (i = 0; i < k && c->mode == TL_MOUNT_TURNS; i++)
+    if (p->change[TL_MAX_JOINTS].mount[i].mode != TL_MOUNT_TURNS)
+      e->matrix[row][p->joints + i] = e->matrix[p->joints + i][0] / by_motor[0];
+  for (i = 0; i < row; i++) e->matrix[i][row] = e->matrix[row][i];
+  e->matrix[row][row] = whole;
+  e->left[row] = -pull - stiffness * x - damping;
+  e->held[row] = 0;
+  *loss_W += damping * v;
+}
+
+/* inertia and what gravity and speed leave of it, in e->matrix and, taken off, e->left */
+static void set_bodies(const tl_effect_dynamics *p, const tl_motion *motion, const tl_link_state *link,
+                       double ahead[TL_MAX_JOINTS][3], equations *e, double *loss_W) {
+  double matrix[TL_MAX_JOINTS * TL_MAX_JOINTS] = {0.0}, bias[TL_MAX_JOINTS] = {0.0, 0.0};
+  double by_motor[TL_MAX_JOINTS]; /* how far the link goes for a unit of what moves it */
+  tl_motion now;
+  int j, k;
+
+  link_motion(p, motion, link, ahead, &now);
+  for (j = 0; j < TL_MAX_JOINTS; j++) by_motor[j] = p->twists[j] ? 1.0 : 1.0 + ahead[j][1];
+  tl_inverse(&p->link, &now, bias);
+  tl_joint_torque(&p->link, now.q, bias, bias);
+  tl_inertia_matrix(&p->link, now.q, matrix);
+  e->n = p->joints + p->modes;
   for (j = 0; j < p->joints; j++) {
-    e->left[j] -= bias[j];
-    for (k = 0; k < p->joints; k++) e->matrix[j][k] = matrix[j * p->joints + k];
+    e->left[j] -= by_motor[j] * bias[j];
+    for (k = 0; k < p->joints; k++) e->matrix[j][k] = by_motor[j] * by_motor[k] * matrix[j * p->joints + k];
   }
-  if (p->sways) {
-    const tl_effect_change *c = &p->change[TL_MAX_JOINTS];
-    double w = 2.0 * TL_PI * c->base_hz, stiffness = 1.0 / c->base_compliance_rad_Nm;
-    double x = beyond->q[TL_MAX_JOINTS], v = beyond->v[TL_MAX_JOINTS];
-    double damping = 2.0 * c->base_share * stiffness / w * v;
-    e->held[base] = 0;
-    e->left[base] = -bias[0] - stiffness * x - damping;
-    for (k = 0; k < p->joints; k++) e->matrix[base][k] = e->matrix[k][base] = e->matrix[0][k];
-    e->matrix[base][base] = e->matrix[0][0] + p->base_inertia;
-    *loss_W += damping * v;
-  }
+  for (k = 0; k < p->modes; k++) set_mode(p, k, &now, link, bias, by_motor, e, loss_W);
 }
 
-/* a joint whose transmission twists: its motor's side here and now, its spring for the body beyond */
-static void move_motor(const tl_effect_dynamics *p, int j, tl_joint_mode mode, tl_motion *motion,
-                       const tl_link_state *beyond, joint_side *side, equations *e, double *loss_W) {
-  double turning, inertia = tl_motor_inertia(p->model, j, p->change[j].motor_share, motion, &turning), left;
-  double torque = spring(&p->change[j], motion->q[j] - beyond->q[j], motion->v[j] - beyond->v[j], loss_W);
+/* a joint whose transmission twists: its motor's side here and now, its spring for the link */
+static void move_motor(const tl_effect_dynamics *p, int j, const tl_joint_mode *mode, const double ahead[3],
+                       tl_motion *motion, tl_link_state *link, joint_side *side, equations *e,
+                       double *loss_W) {
+  const tl_effect_change *c = &p->change[j];
+  const tl_drive *d = &p->model->drive[j];
+  double turning, inertia = tl_motor_inertia(p->model, j, c->motor_share, motion, &turning), left;
+  double speed = motion->v[j] * (1.0 + ahead[1]), rate = speed - link->v[j];
+  double torque = tl_spring_torque(&p->spring[j], motion->q[j] + ahead[0] - link->q[j], rate, loss_W);
+  double drag = c->drag_Nm * link->z[TL_MEMORY_DRAG + j];
+  double dry = tl_effect_dynamics_link_friction(p, j),
+         rub = c->viscous_share * d->viscous_Nms_rad * link->v[j];
+  int sticks = dry > 0.0 && mode[TL_CONTACT_LINK + j] == TL_MODE_STICK;
 
-  left = side->drive - side->torque - side->now.slip * side->level - torque - turning;
-  motion->a[j] = mode == TL_MODE_STICK ? 0.0 : left / inertia;
-  if (mode == TL_MODE_STICK) motion->slip[j] = stick(p, j, left, side);
-  e->left[j] = torque;
-  e->held[j] = 0;
+  link->slip[j] = dry > 0.0 && !sticks ? (double)mode[TL_CONTACT_LINK + j] : 0.0;
+  rub += dry * link->slip[j];
+  if (c->drag_Nm > 0.0)
+    link->z_rate[TL_MEMORY_DRAG + j] = tl_dahl_rate(rate, link->z[TL_MEMORY_DRAG + j], DRAG_TRAVEL, 1.0);
+  *loss_W += drag * rate + rub * link->v[j];
+  left = side->drive - side->torque - side->now.slip * side->level - (torque + drag) * (1.0 + ahead[1]) -
+         turning;
+  motion->a[j] = mode[j] == TL_MODE_STICK ? 0.0 : left / inertia;
+  if (mode[j] == TL_MODE_STICK) motion->slip[j] = stick(p, j, left, side);
+  e->left[j] = torque + drag - rub;
+  e->held[j] = sticks;
 }
 
-/* of Dahl's friction */
-static double memory_rate(const tl_effect_change *c, double v, double z) {
-  double rest = v < 0.0 ? 1.0 + z : 1.0 - z;
+/* a joint's own side, all that acts on its body but inertia, gravity and the other joint */
+static tl_status set_joint(const tl_effect_dynamics *p, int j, double t_s, const tl_joint_mode *mode,
+                           double drive_Nm, const double ahead[3], tl_motion *motion, tl_link_state *link,
+                           joint_side *side, equations *e, double *loss_W) {
+  const tl_effect_change *c = &p->change[j];
+  tl_status status;
 
-  if (c->memory_power > 1.0) rest = rest > 0.0 ? tl_pow(rest, c->memory_power) : 0.0;
-  return v * rest / c->travel_rad;
+  side->z = link->z[j];
+  status = look_at(p, j, t_s, drive_Nm, mode[j], motion, side);
+  if (status != TL_OK) return status;
+  motion->slip[j] = side->now.slip;
+  *loss_W += (side->torque + side->level * motion->slip[j] + viscous(p, j) * motion->v[j]) * motion->v[j];
+  link->z_rate[j] =
+      c->memory_Nm > 0.0 ? tl_dahl_rate(motion->v[j], link->z[j], c->travel_rad, c->memory_power) : 0.0;
+  e->held[j] = mode[j] == TL_MODE_STICK;
+  e->left[j] = side->drive - side->torque - motion->slip[j] * side->level;
+  if (p->twists[j]) move_motor(p, j, mode, ahead, motion, link, side, e, loss_W);
+  return TL_OK;
 }
 
-tl_status tl_effect_dynamics_accelerate(const tl_effect_dynamics *p, double t_s, const tl_joint_mode *mode,
-                                        const double torque[TL_MAX_JOINTS], tl_motion *motion,
-                                        tl_link_state *beyond, double *loss_W) {
-  double joint[TL_MAX_JOINTS] = {0.0, 0.0};
+/* once, with the rotors' torques that motion->a gives */
+static tl_status accelerate(const tl_effect_dynamics *p, double t_s, const tl_joint_mode *mode,
+                            const double torque[TL_MAX_JOINTS], tl_motion *motion, tl_link_state *link,
+                            double *loss_W) {
+  double joint[TL_MAX_JOINTS] = {0.0, 0.0}, ahead[TL_MAX_JOINTS][3] = {{0.0}};
   joint_side side[TL_MAX_JOINTS];
   equations e;
   tl_status status;
@@ -280,28 +437,42 @@ tl_status tl_effect_dynamics_accelerate(const tl_effect_dynamics *p, double t_s,
   memset(&e, 0, sizeof e);
   tl_joint_torque(p->model, motion->q, torque, joint);
   for (j = 0; j < p->joints; j++) {
-    side[j].z = beyond->z[j];
-    status = look_at(p, j, t_s, joint[j], mode[j], motion, &side[j]);
+    tl_effect_dynamics_ahead(p->model, &p->change[j], j, motion->q[j], ahead[j]);
+    status = set_joint(p, j, t_s, mode, joint[j], ahead[j], motion, link, &side[j], &e, loss_W);
     if (status != TL_OK) return status;
-    motion->slip[j] = side[j].now.slip;
-    *loss_W += (side[j].torque + side[j].level * motion->slip[j] +
-                p->model->drive[j].viscous_Nms_rad * motion->v[j]) *
-               motion->v[j];
-    beyond->z_rate[j] =
-        p->change[j].memory_Nm > 0.0 ? memory_rate(&p->change[j], motion->v[j], beyond->z[j]) : 0.0;
-    e.held[j] = mode[j] == TL_MODE_STICK;
-    e.left[j] = side[j].drive - side[j].torque - motion->slip[j] * side[j].level;
-    if (p->twists[j]) move_motor(p, j, mode[j], motion, beyond, &side[j], &e, loss_W);
   }
-  set_bodies(p, motion, beyond, &e, loss_W);
+  set_bodies(p, motion, link, ahead, &e, loss_W);
   status = solve(&e);
   if (status != TL_OK) return status;
   for (j = 0; j < p->joints; j++) {
-    beyond->a[j] = e.a[j];
+    link->a[j] = e.a[j];
+    if (p->twists[j] && e.held[j]) link->slip[j] = e.left[j] / tl_effect_dynamics_link_friction(p, j);
     if (p->twists[j]) continue;
     motion->a[j] = e.a[j];
     if (e.held[j]) motion->slip[j] = stick(p, j, e.left[j], &side[j]);
   }
-  beyond->a[TL_MAX_JOINTS] = p->sways ? e.a[p->joints] : 0.0;
+  for (j = 0; j < p->modes; j++) link->a[TL_MAX_JOINTS + j] = e.a[p->joints + j];
   return TL_OK;
+}
+
+tl_status tl_effect_dynamics_accelerate(const tl_effect_dynamics *p, double t_s, const tl_joint_mode *mode,
+                                        const double torque[TL_MAX_JOINTS], tl_motion *motion,
+                                        tl_link_state *link, double *loss_W) {
+  const int j =
+      p->needs_rotor[1]; /* of the joints that need their rotor, the last is the one that has a rotor */
+  double before, next, bend;
+  tl_status status = TL_OK;
+  int i;
+
+  if (!p->needs_rotor[0] && !p->needs_rotor[1]) return accelerate(p, t_s, mode, torque, motion, link, loss_W);
+  for (i = 0; i < MAX_ROTOR_STEPS && status == TL_OK; i++) {
+    before = motion->a[j];
+    status = accelerate(p, t_s, mode, torque, motion, link, loss_W);
+    next = motion->a[j];
+    if (status == TL_OK && !(fabs(next - before) > ROTOR_TOLERANCE * (1.0 + fabs(next)))) return TL_OK;
+    if (status == TL_OK) status = accelerate(p, t_s, mode, torque, motion, link, loss_W);
+    bend = (motion->a[j] - next) - (next - before);
+    if (bend != 0.0) motion->a[j] -= (motion->a[j] - next) * (motion->a[j] - next) / bend; /* Aitken */
+  }
+  return status == TL_OK ? TL_ERR_NO_CONVERGENCE : status;
 }

@@ -3,9 +3,10 @@
 #define TALUS_SIMULATE_EFFECTS_H
 
 #include "talus/experimental/effect.h"
+#include "talus/experimental/hysteresis.h"
 #include "talus/experimental/simulate.h"
 
-#define TL_BODIES (TL_MAX_JOINTS + 1) /* joints, and the base */
+#define TL_BODIES TL_LINK_BODIES /* joints, and the modes of their mount */
 
 /* a plant and what acts on it beside its drives */
 typedef struct tl_effect_dynamics {
@@ -14,29 +15,37 @@ typedef struct tl_effect_dynamics {
   int effects, joints;
   double begin_s; /* from which effects of time count */
   /* the rest as tl_effect_dynamics_init finds it, where there are effects */
-  tl_effect_change change[TL_BODIES];
-  int twists[TL_MAX_JOINTS]; /* 1: the transmission is not rigid */
-  int sways;                 /* 1: the base moves */
-  double base_inertia;
-  tl_model link; /* what lies beyond the transmissions, without friction */
+  tl_effect_change change[TL_MAX_JOINTS + 1]; /* of the joints, and of the base */
+  int twists[TL_MAX_JOINTS];                  /* 1: the transmission is not rigid, but */
+  tl_spring spring[TL_MAX_JOINTS];
+  int needs_rotor[TL_MAX_JOINTS]; /* 1: a friction's load leaves rotor inertia out */
+  int modes, moves;               /* of the mount; 1: one of them sways or rises */
+  double mount_inertia[TL_MOUNT_MODES];
+  tl_model link;       /* what lies beyond the transmissions, without friction */
+  tl_model weightless; /* where moves: for lever arms */
 } tl_effect_dynamics;
 
 /* everything but model and effects, which stand */
 void tl_effect_dynamics_init(tl_effect_dynamics *p);
-/* Of the mount itself, so that it resonates where it shall with the leg hanging from it; not positive where
- * it cannot. */
-double tl_effect_dynamics_base_inertia(const tl_model *m, const tl_effect_change *base);
+/* Of a mode of the mount, so that it rings at its frequency with the leg hanging from it: of a turning one without the
+ * leg's, of one that sways or rises with it. Not positive where it cannot. */
+double tl_effect_dynamics_mount_inertia(const tl_model *m, const tl_effect_mount *mount);
+/* How far a joint runs ahead of its motor where that says q, and its first and second derivative by q. */
+void tl_effect_dynamics_ahead(const tl_model *m, const tl_effect_change *c, int joint, double q,
+                              double ahead[3]);
 /* Is there dry friction at the joint, so that it can stick? */
 int tl_effect_dynamics_is_dry(const tl_effect_dynamics *p, int joint);
-/* A state beyond that fits the motion, where it has none yet. */
-void tl_effect_dynamics_begin(const tl_effect_dynamics *p, const tl_motion *motion, tl_link_state *beyond);
+/* A link state that fits the motion, where it has none yet. */
+void tl_effect_dynamics_begin(const tl_effect_dynamics *p, const tl_motion *motion, tl_link_state *link);
+/* Dry friction at the link beyond a joint's transmission [N m]. */
+double tl_effect_dynamics_link_friction(const tl_effect_dynamics *p, int joint);
 /* Accelerations and slip for given modes, as tl_forward takes torques: motion->a, motion->slip, and the
- * rates of `beyond`. A sticking joint's slip is the share of the friction's level in that direction; beyond
+ * rates of `link`; mode[TL_CONTACTS]. A sticking joint's slip is the share of the friction's level in that direction; beyond
  * +-1 it cannot stick. *loss_W is what friction and the effects take. TL_ERR_SINGULAR as tl_forward;
  * TL_ERR_NO_CONVERGENCE where friction grows as fast as the load, so that the joint jams. */
 TL_CHECK tl_status tl_effect_dynamics_accelerate(const tl_effect_dynamics *p, double t_s,
                                                  const tl_joint_mode *mode,
                                                  const double torque[TL_MAX_JOINTS], tl_motion *motion,
-                                                 tl_link_state *beyond, double *loss_W);
+                                                 tl_link_state *link, double *loss_W);
 
 #endif

@@ -30,14 +30,20 @@ static const tl_model *plant_of(const tl_twin *b) {
   return b->settings.effects ? &b->truth : b->model;
 }
 
+/* what an encoder shows at an angle */
+static double reading(const tl_effect_waves *error, double angle) {
+  double wave[3];
+
+  if (error->n == 0) return angle;
+  tl_effect_waves_at(error, angle, wave);
+  return angle + wave[0];
+}
+
 /* the angle that the drive's encoder shows */
 static double drive_reading(const tl_twin *b, int joint) {
-  const tl_effect_change *c = &b->change[joint];
-  double position = tl_drive_position(plant_of(b), joint, b->simulation.motion.q[joint]), sine, cosine;
+  double position = tl_drive_position(plant_of(b), joint, b->simulation.motion.q[joint]);
 
-  if (c->motor_sine_rad == 0.0 && c->motor_cosine_rad == 0.0) return position;
-  tl_sincos(position, &sine, &cosine);
-  return position + c->motor_sine_rad * sine + c->motor_cosine_rad * cosine;
+  return reading(&b->change[joint].motor_encoder, position);
 }
 
 /* where the excitation stands: a series runs while the bench settles, ramps wait */
@@ -72,15 +78,6 @@ static void control(tl_twin *b, double t) {
 
 /* ---- sensors ----------------------------------------------------------------- */
 
-/* what an encoder at the joint shows at an angle */
-static double joint_reading(const tl_effect_change *c, double q) {
-  double sine, cosine;
-
-  if (c->joint_sine_rad == 0.0 && c->joint_cosine_rad == 0.0) return q;
-  tl_sincos(q, &sine, &cosine);
-  return q + c->joint_sine_rad * sine + c->joint_cosine_rad * cosine;
-}
-
 /* absolute angle of the link that a joint moves, without noise */
 static double link_angle(const tl_motion *joints, int joint) {
   double angle = joints->q[0];
@@ -102,9 +99,9 @@ static void record_joint(const tl_twin *b, const tl_motion *joints, int j, doubl
   double angle = link_angle(joints, j) + camera;
   tl_motion reference;
 
-  if (b->simulation.beyond.begun) angle += b->simulation.beyond.q[TL_MAX_JOINTS];
+  angle += tl_simulation_base_angle(&b->simulation);
   put(row, has->position[j], rounded(drive_reading(b, j), s->drive_step_rad[j]));
-  put(row, has->encoder[j], rounded(joint_reading(&b->change[j], joints->q[j]), s->ankle_step_rad));
+  put(row, has->encoder[j], rounded(reading(&b->change[j].joint_encoder, joints->q[j]), s->ankle_step_rad));
   put(row, has->camera[j], angle);
   put(row, has->current[j], current);
   put(row, has->torque[j], current * tl_torque_per_current(b->model, j, b->simulation.motion.q[j]));
@@ -141,7 +138,7 @@ static void record(const tl_twin *b, double t_s, const double *shown, double row
 
   tl_random_normal2(s->seed, CURRENT_STREAM, b->sample, current);
   tl_random_normal2(s->seed, CAMERA_STREAM, b->sample, camera);
-  tl_simulation_joints(&b->simulation, &joints);
+  tl_simulation_joints(b->model, &b->simulation, &joints);
   row[TL_CHANNEL_TIME] = t_s;
   for (j = 0; j < tl_joint_count(b->model); j++)
     record_joint(b, &joints, j, shown[j] + s->current_noise_A[j] * current[j],
@@ -281,11 +278,15 @@ static tl_status make_truth(tl_twin *b) {
   int j;
 
   base = tl_effects_change(s->effect, s->effects, TL_MAX_JOINTS);
-  if (base.base_compliance_rad_Nm > 0.0 && !(tl_effect_dynamics_base_inertia(b->model, &base) > 0.0))
-    return TL_ERR_RANGE;
+  for (j = 0; j < base.mount_modes; j++)
+    if (j == TL_MOUNT_MODES || !(tl_effect_dynamics_mount_inertia(b->model, &base.mount[j]) > 0.0))
+      return TL_ERR_RANGE;
   b->truth = *b->model;
   for (j = 0; j < tl_joint_count(b->model) && status == TL_OK; j++) {
     b->change[j] = tl_effects_change(s->effect, s->effects, j);
+    if (b->change[j].motor_encoder.n > TL_EFFECT_WAVES || b->change[j].joint_encoder.n > TL_EFFECT_WAVES ||
+        b->change[j].ripple.n > TL_EFFECT_WAVES)
+      return TL_ERR_RANGE;
     if (fabs(b->change[j].delay_s) * s->control_hz > TL_TWIN_TICKS - 2) return TL_ERR_RANGE;
     status = tl_effect_change_linkage(&b->change[j], &b->model->drive[j].transmission,
                                       &b->truth.drive[j].transmission);

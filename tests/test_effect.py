@@ -359,10 +359,24 @@ def test_friction_follows_the_recorded_temperature(tmp_path):
     assert "r.csv" in told and "temperature" in told and len(told.splitlines()) == 1
 
 
+def test_forward_time_knows_all_but_what_the_page_gives_a_reason_for():
+    starred = {(name, ffi.string(kind.parameter[i].name).decode()) for name, kind in kinds().items()
+               for i in range(kind.strengths + kind.shapes) if kind.parameter[i].flags & lib.TL_PARAMETER_FIT_ONLY}
+    assert starred == {("friction_drift", "coulomb_Nm_10K"), ("friction_drift", "viscous_Nms_rad_10K"),
+                       ("elasticity", "friction_compliance_rad_Nm"), ("delay", "angles_too")}
+    page = (REPOSITORY / "docs" / "effects.md").read_text()
+    reasons = page[page.index("Starred:"):].split("\n\n")[0]
+    for name, parameter in starred:
+        section = page[page.index(f"### `{name}`"):].split("### ")[1]
+        assert re.search(rf"`{parameter}`[^,|]*\\\*", section) and f"`{parameter}`" in reasons, parameter
+    assert page.count(")\\*") == len(starred)
+
+
 @pytest.mark.parametrize("effect, name", [
-    (("load_friction", "knee", {"coefficient": 0.1, "rotor_share": 0.0}), "rotor_share"),
-    (("elasticity", "ankle", {"share": 1.0, "stiffness_Nm_rad": 500.0, "damping_s": 0.001, "friction_share": 0.5}), "friction_share"),
-    (("base_compliance", "base", {"compliance_rad_Nm": 0.0, "sway_m_N": 1e-4, "frequency_Hz": 5.0, "damping_ratio": 0.05}), "sway_m_N"),
+    (("friction_drift", "knee", {"coulomb_Nm": 0.1, "viscous_Nms_rad": 0.0, "time_constant_s": 60.0, "coulomb_Nm_10K": 0.1}), "coulomb_Nm_10K"),
+    (("elasticity", "ankle", {"share": 1.0, "stiffness_Nm_rad": 500.0, "damping_s": 0.001, "friction_compliance_rad_Nm": 1e-3}),
+     "friction_compliance_rad_Nm"),
+    (("delay", "knee", {"delay_s": 0.004, "angles_too": 1.0}), "angles_too"),
 ])  # fmt: skip
 def test_what_recordings_alone_can_show_is_not_simulated(tmp_path, effect, name):
     (tmp_path / "m.yaml").write_text(yaml.safe_dump(with_effects(leg_tree(), effect)))

@@ -360,14 +360,14 @@ def test_presliding_friction_is_a_spring_below_its_level(share):
     s, _keep = begin(m, 0.0, 0.0, ("presliding", 0, 20.0, 0.01))
     advance(m, s, 20.0, (20.0 * share, 0.0))
     assert s.motion.q[0] == pytest.approx(-0.01 * math.copysign(1, share) * math.log1p(-abs(share)), rel=1e-6)
-    assert s.beyond.z[0] == pytest.approx(share, rel=1e-6)
+    assert s.link.z[0] == pytest.approx(share, rel=1e-6)
 
 
 def test_presliding_friction_slides_at_its_level():
     m = slider(mass=2.0, viscous=0.0)
     s, _keep = begin(m, 0.0, 0.0, ("presliding", 0, 20.0, 0.005))
     advance(m, s, 2.0, (26.0, 0.0))
-    assert s.motion.a[0] == pytest.approx(3.0, rel=1e-6) and s.beyond.z[0] == pytest.approx(1.0, abs=1e-6)
+    assert s.motion.a[0] == pytest.approx(3.0, rel=1e-6) and s.link.z[0] == pytest.approx(1.0, abs=1e-6)
 
 
 def rotor(inertia=1.0):
@@ -382,8 +382,8 @@ def test_a_twisting_transmission_swings_as_two_bodies_do():
     for t in (0.05, 0.3, 1.0):
         advance(m, s, t, (0.5, 0.0))
         twist = 0.5 / (motor * w * w) * (1 - math.cos(w * t))
-        assert s.motion.q[0] - s.beyond.q[0] == pytest.approx(twist, abs=2e-7)
-        assert motor * s.motion.v[0] + link * s.beyond.v[0] == pytest.approx(0.5 * t, rel=1e-9)
+        assert s.motion.q[0] - s.link.q[0] == pytest.approx(twist, abs=2e-7)
+        assert motor * s.motion.v[0] + link * s.link.v[0] == pytest.approx(0.5 * t, rel=1e-9)
 
 
 @pytest.mark.parametrize("effect, free", [(("elasticity", 0, 1.0, 0.0, 0.0, 400.0, 0.01), 0.0),
@@ -393,12 +393,12 @@ def test_a_hanging_load_twists_its_transmission(effect, free, side):
     m = pendulum(coulomb=30.0)  # the motor's side sticks, the arm beyond it settles
     s, _keep = begin(m, 0.5 * side, 0.0, effect)
     advance(m, s, 60.0)
-    link = s.beyond.q[0]
-    assert s.motion.q[0] == 0.5 * side and abs(s.beyond.v[0]) < 1e-4
+    link = s.link.q[0]
+    assert s.motion.q[0] == 0.5 * side and abs(s.link.v[0]) < 1e-4
     twist = free * side + 1.5 * G * math.sin(link) / 400.0
     assert s.motion.q[0] - link == pytest.approx(twist, abs=2e-6)
     joints = ffi.new("tl_motion *")
-    lib.tl_simulation_joints(s, joints)
+    lib.tl_simulation_joints(m, s, joints)
     assert joints.q[0] == link
 
 
@@ -435,11 +435,11 @@ def test_a_mount_rings_at_its_frequency_with_the_leg_at_rest(hz, ratio):
     for drive in m.drive:
         drive.coulomb_Nm = 1e3  # both joints stick
     s, _keep = begin(m, [0.0, 0.0], [0.0, 0.0], ("base_compliance", BASE, compliance, 0.0, 0.0, hz, ratio))
-    s.beyond.begun, s.beyond.q[BASE] = 1, 1e-3
+    s.link.begun, s.link.q[BASE] = 1, 1e-3
     t, x = np.arange(1, 2001) * 5e-4, []
     for until in t:
         advance(m, s, until)
-        x.append(s.beyond.q[BASE])
+        x.append(s.link.q[BASE])
     gravity = 9.81 * (1.624 * 0.160 + 0.4112 * 0.120 + 0.442 * (0.3615 + 0.055))
     w = 2 * math.pi * hz * math.sqrt(1 + gravity * compliance)
     # the damping's own rate does not change with gravity's spring

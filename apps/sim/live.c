@@ -113,7 +113,7 @@ static void send_states(struct live *l, unsigned long tick, const double row[TL_
   struct leg_bus_frame frame;
   tl_motion joints;
 
-  tl_simulation_joints(&l->bench->simulation, &joints);
+  tl_simulation_joints(l->bench->model, &l->bench->simulation, &joints);
   joints.q[1] = row[TL_CHANNEL_ANKLE_JOINT]; /* with its encoder's own errors */
   for (int j = 0; j < TL_MAX_JOINTS; j++) {
     const struct model_bus_joint *bus = &l->twin->bus.joint[j];

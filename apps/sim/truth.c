@@ -31,7 +31,7 @@ void truth_motion_row(struct output *out, const tl_twin *b, double t_s) {
   tl_motion reference, joint;
   const tl_motion *now = &joint;
 
-  tl_simulation_joints(&b->simulation, &joint);
+  tl_simulation_joints(b->model, &b->simulation, &joint);
   tl_twin_reference(b, &reference);
   for (int j = 0; j < joints; j++) {
     double *of = value + j * MOTION_COLUMNS;

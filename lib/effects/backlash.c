@@ -8,7 +8,10 @@ static void change(const double *value, tl_effect_change *to) {
   to->gap_rad += value[0] * value[1];
   to->compliance_rad_Nm += 1.0 / value[2];
   if (value[3] > to->damping_s) to->damping_s = value[3];
+  if (value[4] > to->friction_share) to->friction_share = value[4];
+  if (value[5] > to->viscous_share) to->viscous_share = value[5];
   to->motor_share = value[6];
+  to->drag_Nm += value[7];
 }
 
 /* the joint swings between the teeth under the load of its motor's motion, half the gap to each side */
@@ -33,11 +36,11 @@ const tl_effect_kind tl_effect_backlash = {
                   {"stiffness_Nm_rad", 100.0, 100000.0, 3000.0, 0, 0.0},
                   {"damping_s", 0.0, 2.0, DAMPING_S, TL_DEFAULT(DAMPING_S)},
                   {"friction_share", 0.0, 1.0, 0.0,
-                   TL_FIT_ONLY(0.0)}, /* beyond the gap, of the dry friction */
-                  {"viscous_share", 0.0, 1.0, 0.0, TL_FIT_ONLY(0.0)},
+                   TL_DEFAULT(0.0)}, /* beyond the gap, of the dry friction */
+                  {"viscous_share", 0.0, 1.0, 0.0, TL_DEFAULT(0.0)},
                   {"motor_share", 0.02, 0.9, TL_EFFECT_MOTOR_SHARE, TL_DEFAULT(TL_EFFECT_MOTOR_SHARE)},
                   {"drag_Nm", 0.0, 100.0, 0.0,
-                   TL_FIT_ONLY(0.0)}}, /* friction between motor and joint in the gap */
+                   TL_DEFAULT(0.0)}}, /* friction between motor and joint in the gap */
     .change = change,
     .columns = columns,
     .memory_s = 2.0,

@@ -6,9 +6,10 @@
 #include "talus/math.h"
 
 static void change(const double *value, tl_effect_change *to) {
-  to->base_compliance_rad_Nm += value[0];
-  to->base_hz = value[3];
-  to->base_share = value[4];
+  static const tl_mount_mode mode[3] = {TL_MOUNT_TURNS, TL_MOUNT_SWAYS, TL_MOUNT_RISES};
+  int k;
+
+  for (k = 0; k < 3; k++) tl_effect_add_mount(to, mode[k], value[k], value[3], value[4]);
 }
 
 /* x'' + 2 d w x' + w^2 x = -w^2 drive: x in shift[0], its rates in the others */
@@ -77,8 +78,8 @@ const tl_effect_kind tl_effect_base_compliance = {
     .strengths = 3,
     .shapes = 2,
     .parameter = {{"compliance_rad_Nm", 0.0, 0.05, 0.001, 0, 0.0},
-                  {"sway_m_N", 0.0, 0.05, 0.0, TL_FIT_ONLY(0.0)},
-                  {"rise_m_N", 0.0, 0.05, 0.0, TL_FIT_ONLY(0.0)},
+                  {"sway_m_N", 0.0, 0.05, 0.0, TL_DEFAULT(0.0)},
+                  {"rise_m_N", 0.0, 0.05, 0.0, TL_DEFAULT(0.0)},
                   {"frequency_Hz", 1.0, 40.0, 8.0, 0, 0.0},
                   {"damping_ratio", 0.005, 1.0, 0.05, 0, 0.0}},
     .change = change,

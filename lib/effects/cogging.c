@@ -36,6 +36,6 @@ const tl_effect_kind tl_effect_cogging = {
                   {"overtone_sine_Nm", -10.0, 10.0, 0.0, TL_DEFAULT(0.0)}, /* at twice the order */
                   {"overtone_cosine_Nm", -10.0, 10.0, 0.0, TL_DEFAULT(0.0)},
                   {"per_turn", 0.01, 1200.0, 12.0, 0, 0.0},
-                  {"fades_Hz", 0.0, 1000.0, 0.0, TL_FIT_ONLY(0.0)}},
+                  {"fades_Hz", 0.0, 1000.0, 0.0, TL_DEFAULT(0.0)}},
     .law = law,
 };

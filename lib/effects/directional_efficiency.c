@@ -21,11 +21,12 @@ const tl_effect_kind tl_effect_directional_efficiency = {
     .acts = TL_EFFECT_MECHANICAL,
     .dry = 1,
     .needs_load_sensor = 0,
+    .rotor_share = 2,
     .strengths = 2,
     .shapes = 2,
     .parameter = {{"driving", 0.0, 0.6, 0.15, 0, 0.0},
                   {"back_driving", 0.0, 0.6, 0.05, 0, 0.0},
-                  {"rotor_share", 0.0, 1.0, 1.0, TL_FIT_ONLY(1.0)},
+                  {"rotor_share", 0.0, 1.0, 1.0, TL_DEFAULT(1.0)},
                   {"friction_share", 0.0, 1.0, 0.0, TL_DEFAULT(0.0)}},
     .law = law,
 };

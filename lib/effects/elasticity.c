@@ -2,9 +2,17 @@
 #include "../effect_columns.h"
 
 static void change(const double *value, tl_effect_change *to) {
-  to->compliance_rad_Nm += value[0] / value[3] + value[1];
+  double compliance = value[0] / value[3] + value[1];
+
+  if (!(compliance > 0.0)) return;
+  to->compliance_rad_Nm += compliance;
   if (value[4] > to->damping_s) to->damping_s = value[4];
+  to->friction_share = value[5];
+  to->viscous_share = value[6];
   to->motor_share = value[7];
+  to->soft_rad = value[8];
+  to->soft_loss = 1.0 - value[9];
+  to->hardening_Nm_rad3 = value[10];
 }
 
 /* the joint stands behind its motor by minus a torque, per unit of compliance */
@@ -51,12 +59,12 @@ const tl_effect_kind tl_effect_elasticity = {
                   {"stiffness_Nm_rad", 20.0, 100000.0, 1000.0, 0, 0.0},
                   {"damping_s", 0.0, 2.0, 0.001, 0, 0.0},
                   {"friction_share", 0.0, 1.0, 0.0,
-                   TL_FIT_ONLY(0.0)}, /* beyond the spring, of the dry friction */
-                  {"viscous_share", 0.0, 1.0, 0.0, TL_FIT_ONLY(0.0)},
+                   TL_DEFAULT(0.0)}, /* beyond the spring, of the dry friction */
+                  {"viscous_share", 0.0, 1.0, 0.0, TL_DEFAULT(0.0)},
                   {"motor_share", 0.02, 0.9, TL_EFFECT_MOTOR_SHARE, TL_DEFAULT(TL_EFFECT_MOTOR_SHARE)},
-                  {"soft_rad", 0.0, 0.1, 0.0, TL_FIT_ONLY(0.0)}, /* so far a share of the stiffness */
-                  {"soft_share", 0.0, 1.0, 1.0, TL_FIT_ONLY(1.0)},
-                  {"hardening_Nm_rad3", 0.0, 1e10, 0.0, TL_FIT_ONLY(0.0)}},
+                  {"soft_rad", 0.0, 0.1, 0.0, TL_DEFAULT(0.0)}, /* so far a share of the stiffness */
+                  {"soft_share", 0.0, 1.0, 1.0, TL_DEFAULT(1.0)},
+                  {"hardening_Nm_rad3", 0.0, 1e10, 0.0, TL_DEFAULT(0.0)}},
     .change = change,
     .columns = columns,
     .memory_s = 2.0,

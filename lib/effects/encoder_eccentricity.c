@@ -4,10 +4,8 @@
 #include "talus/math.h"
 
 static void change(const double *value, tl_effect_change *to) {
-  to->motor_sine_rad += value[0];
-  to->motor_cosine_rad += value[1];
-  to->joint_sine_rad += value[2];
-  to->joint_cosine_rad += value[3];
+  tl_effect_add_wave(&to->motor_encoder, value[4], value[0], value[1]);
+  tl_effect_add_wave(&to->joint_encoder, value[5], value[2], value[3]);
 }
 
 /* The motor's encoder shows so much too much, so the joint stands that over the ratio behind what it shows.
@@ -52,8 +50,8 @@ const tl_effect_kind tl_effect_encoder_eccentricity = {
                   {"motor_cosine_rad", -3.0, 3.0, 0.0, 0, 0.0},
                   {"joint_sine_rad", -0.1, 0.1, 0.004, 0, 0.0},
                   {"joint_cosine_rad", -0.1, 0.1, 0.0, 0, 0.0},
-                  {"motor_per_turn", 1.0, 100.0, 1.0, TL_FIT_ONLY(1.0)},
-                  {"joint_per_turn", 1.0, 1000.0, 1.0, TL_FIT_ONLY(1.0)}},
+                  {"motor_per_turn", 1.0, 100.0, 1.0, TL_DEFAULT(1.0)},
+                  {"joint_per_turn", 1.0, 1000.0, 1.0, TL_DEFAULT(1.0)}},
     .change = change,
     .columns = columns,
 };

@@ -17,6 +17,10 @@ static void law(const tl_effect_instant *now, const double *shape, double *torqu
   for (k = 0; k < 6; k++) friction[k] = 0.0;
 }
 
+static void change(const double *value, tl_effect_change *to) {
+  tl_effect_add_wave(&to->ripple, value[6], value[2], value[3]);
+}
+
 /* by virtual work the motor feels the load by the slope of the angle that runs ahead, too */
 static void add_slope(tl_effect_prepared *p, int joint, double order, int k, const double *ratio,
                       double *column) {
@@ -56,12 +60,13 @@ const tl_effect_kind tl_effect_kinematic_error = {
     .shapes = 2,
     .parameter = {{"sine_Nm", -100.0, 100.0, 0.2, 0, 0.0},
                   {"cosine_Nm", -100.0, 100.0, 0.0, 0, 0.0},
-                  {"sine_rad", -0.1, 0.1, 0.0, TL_FIT_ONLY(0.0)},
-                  {"cosine_rad", -0.1, 0.1, 0.0, TL_FIT_ONLY(0.0)},
-                  {"sine_share", -1.0, 1.0, 0.0, TL_FIT_ONLY(0.0)}, /* of the load */
-                  {"cosine_share", -1.0, 1.0, 0.0, TL_FIT_ONLY(0.0)},
+                  {"sine_rad", -0.1, 0.1, 0.0, TL_DEFAULT(0.0)},
+                  {"cosine_rad", -0.1, 0.1, 0.0, TL_DEFAULT(0.0)},
+                  {"sine_share", -1.0, 1.0, 0.0, TL_DEFAULT(0.0)}, /* of the load */
+                  {"cosine_share", -1.0, 1.0, 0.0, TL_DEFAULT(0.0)},
                   {"per_turn", 0.01, 4.0, 2.0, 0, 0.0},
-                  {"fades_Hz", 0.0, 1000.0, 0.0, TL_FIT_ONLY(0.0)}},
+                  {"fades_Hz", 0.0, 1000.0, 0.0, TL_DEFAULT(0.0)}},
     .law = law,
+    .change = change,
     .columns = columns,
 };

@@ -27,14 +27,15 @@ const tl_effect_kind tl_effect_load_friction = {
     .acts = TL_EFFECT_MECHANICAL,
     .dry = 1,
     .needs_load_sensor = 0,
+    .rotor_share = 1,
     .strengths = 1,
     .shapes = 5,
     .parameter = {{"coefficient", 0.0, 0.6, 0.1, 0, 0.0},
-                  {"rotor_share", 0.0, 1.0, 1.0, TL_FIT_ONLY(1.0)},
+                  {"rotor_share", 0.0, 1.0, 1.0, TL_DEFAULT(1.0)},
                   {"friction_share", 0.0, 1.0, 0.0, TL_DEFAULT(0.0)},
                   {"exponent", 1.0, 3.0, 1.0,
                    TL_DEFAULT(1.0)}, /* above 1: the coefficient holds at scale_Nm */
                   {"scale_Nm", 1e-6, 10000.0, 1.0, TL_DEFAULT(1.0)},
-                  {"own_coefficient", 0.0, 0.6, 0.0, TL_FIT_ONLY(0.0)}}, /* where it carries itself */
+                  {"own_coefficient", 0.0, 0.6, 0.0, TL_DEFAULT(0.0)}}, /* where it carries itself */
     .law = law,
 };

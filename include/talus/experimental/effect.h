@@ -58,7 +58,8 @@ typedef struct tl_effect_parameter {
 
 enum {
   TL_PARAMETER_OPTIONAL = 1, /* a model file may leave it out */
-  TL_PARAMETER_FIT_ONLY = 2, /* shows in recordings; forward time knows no other value than `otherwise` */
+  TL_PARAMETER_FIT_ONLY =
+      2, /* shows in recordings; forward time knows no other value than the default, docs/effects.md says why */
   TL_PARAMETER_NEEDS_TEMPERATURE = 4 /* other than 0 it needs the drive's temperature */
 };
 
@@ -77,19 +78,42 @@ enum {
   TL_EFFECT_CHANGE = 2 /* no law of the instant: it changes the plant or its sensors (tl_effect_change) */
 };
 
+#define TL_EFFECT_WAVES 4 /* of one sort at a joint */
+#define TL_MOUNT_MODES 4
+
+/* Waves in an angle: sum of sine_rad sin(per_turn x) + cosine_rad cos(per_turn x). */
+typedef struct tl_effect_waves {
+  int n; /* more than TL_EFFECT_WAVES: so many were asked for, and the last are left out */
+  double per_turn[TL_EFFECT_WAVES], sine_rad[TL_EFFECT_WAVES], cosine_rad[TL_EFFECT_WAVES];
+} tl_effect_waves;
+
+/* How a mount gives way: it turns [rad/Nm], or sways to the front or rises [m/N]. */
+typedef enum tl_mount_mode { TL_MOUNT_TURNS = 0, TL_MOUNT_SWAYS = 1, TL_MOUNT_RISES = 2 } tl_mount_mode;
+
+/* One mode of the mount: its resonance with the leg at rest, and its damping ratio there. */
+typedef struct tl_effect_mount {
+  tl_mount_mode mode;
+  double compliance, frequency_Hz, damping_ratio;
+} tl_effect_mount;
+
 /* What the effects of one joint change in its plant and sensors, for simulation. Zero: nothing. */
 typedef struct tl_effect_change {
-  double delay_s;                               /* the current is later than the angles */
-  double telemetry_delay_s;                     /* current and angles are later than a sensor at the output */
-  double torque_constant_error;                 /* the drive delivers 1 + this of what its constant says */
-  double motor_sine_rad, motor_cosine_rad;      /* added to the motor's encoder, once a turn of it */
-  double joint_sine_rad, joint_cosine_rad;      /* added to the joint's encoder, once a turn of it */
-  double AB_m, BO_m, AC_m, BOF_rad;             /* added to the linkage's dimensions */
-  double memory_Nm, travel_rad, memory_power;   /* friction that is a spring over a small travel */
-  double compliance_rad_Nm, gap_rad, damping_s; /* between motor and joint */
-  double motor_share; /* where they are not rigid: of the joint's own inertia, what turns with the motor */
-  double base_compliance_rad_Nm, base_hz,
-      base_share; /* of the mount; its resonance with the leg at rest, damping ratio */
+  double delay_s;                   /* the current is later than the angles */
+  double telemetry_delay_s;         /* current and angles are later than a sensor at the output */
+  double torque_constant_error;     /* the drive delivers 1 + this of what its constant says */
+  tl_effect_waves motor_encoder;    /* added to the motor's encoder, by its angle */
+  tl_effect_waves joint_encoder;    /* added to the joint's, by the joint's angle */
+  tl_effect_waves ripple;           /* by which the joint runs ahead of its motor, by the motor's angle */
+  double AB_m, BO_m, AC_m, BOF_rad; /* added to the linkage's dimensions */
+  double memory_Nm, travel_rad, memory_power; /* friction that is a spring over a small travel */
+  double compliance_rad_Nm, damping_s; /* between motor and joint; more than 0 where they are not rigid */
+  double gap_rad, soft_rad, soft_loss, hardening_Nm_rad3; /* tl_spring's; 1 less its soft share */
+  double motor_share;    /* where they are not rigid: of the joint's own inertia, what turns with the motor */
+  double friction_share; /* of its dry friction, what stands on the link's side */
+  double viscous_share;  /* of its viscous friction */
+  double drag_Nm;        /* dry friction between motor and link */
+  int mount_modes;       /* of the base; more than TL_MOUNT_MODES: the last are left out */
+  tl_effect_mount mount[TL_MOUNT_MODES];
 } tl_effect_change;
 
 /* What a recording shows that an effect can change: the torque of joint 0 or 1, and where a second
@@ -142,13 +166,13 @@ typedef struct tl_effect_kind {
   const char *meaning; /* one line */
   int places;          /* set of TL_EFFECT_AT_... */
   int acts;
-  int dry;  /* 1: adds friction that can hold a joint at rest */
-  int once; /* 1: a joint has one of it: two have no sum, as memory and bodies are the joint's own */
+  int dry;         /* 1: adds friction that can hold a joint at rest */
+  int once;        /* 1: a joint has one of it: two have no sum, as memory and bodies are the joint's own */
+  int rotor_share; /* number of the parameter that says how much of the rotor's inertia is load; 0: none does */
   int needs_load_sensor; /* 1: only where a sensor at the output was recorded */
   int strengths, shapes;
   tl_effect_parameter parameter[TL_EFFECT_MAX_PARAMETERS]; /* strengths first, then shapes */
-  /* Per unit of each strength: torque at the joint [N m], and friction in the direction of slip. The
-   * torque of a mechanical kind does not depend on the load; its friction may. */
+  /* Per unit of each strength: torque at the joint [N m], and friction in the direction of slip. */
   void (*law)(const tl_effect_instant *now, const double *shape, double *torque, double *friction);
   /* Kinds that change the plant or its sensors have these two in its place: what they change, and to
    * first order what a recording then shows per unit of each strength, of an effect at `joint`: the columns that
@@ -176,7 +200,7 @@ const tl_effect_kind *tl_effect_find(const char *name);
 int tl_effect_applies(const tl_effect_kind *kind, const tl_model *m, int joint);
 /* An effect with its typical parameters. */
 tl_effect tl_effect_typical(const tl_effect_kind *kind, int joint);
-/* 0 for an optional parameter that has the value of one left out. */
+/* Does the parameter say something? Not if it may be left out and has the value that it then has. */
 int tl_effect_says(const tl_effect *e, int parameter);
 /* Number of a parameter by which the effect cannot act in forward time; -1 where it can. */
 int tl_effect_fit_only(const tl_effect *e);
@@ -227,6 +251,12 @@ double tl_effect_link_rad_s(const tl_effect_prepared *p, int joint, double motor
  * further on in each channel. Torques are those of the joint, as in tl_effect_columns, angles in rad; first order. */
 void tl_effect_segment_columns(const tl_effect_kind *kind, int joint, const double *shape, size_t shapes,
                                tl_effect_prepared *p, const tl_effect_wanted *wanted);
+/* Adds a wave or a mode, if its size is not 0; past the last place it is counted alone. */
+void tl_effect_add_wave(tl_effect_waves *to, double per_turn, double sine_rad, double cosine_rad);
+void tl_effect_add_mount(tl_effect_change *to, tl_mount_mode mode, double compliance, double frequency_Hz,
+                         double damping_ratio);
+/* The waves at an angle x: their sum, and its first and second derivative by x. */
+void tl_effect_waves_at(const tl_effect_waves *waves, double x, double wave[3]);
 /* Everything that n effects change at a joint (TL_MAX_JOINTS: at the base). */
 tl_effect_change tl_effects_change(const tl_effect *effect, int n, int joint);
 /* What n effects add to the recorded torque of a joint (leg: motor torque, so over the ratio). Kinds

@@ -16,6 +16,22 @@ extern "C" {
 void tl_dahl_along(const double *position, size_t n, double travel, double power, double first,
                    double *state);
 
+/* A transmission that twists: teeth that meet after a gap, a spring, its damping. */
+typedef struct tl_spring {
+  double stiffness_Nm_rad, gap_rad; /* > 0; the whole lost motion, >= 0 */
+  double soft_rad, soft_share;      /* up to this twist only this share of the stiffness; 0 rad: none */
+  double hardening_Nm_rad3;         /* torque by the twist's cube, >= 0 */
+  double damping_Nms_rad;           /* while in contact */
+} tl_spring;
+
+/* Its torque at a twist beyond the gap, without damping. */
+double tl_spring_elastic(const tl_spring *spring, double twist_rad);
+/* Its torque at a twist and its rate, to the side of the twist; teeth push and do not pull. *loss_W gains what the damping
+ * takes. The one law of elasticity and backlash, in forward time and along recorded motion. */
+double tl_spring_torque(const tl_spring *spring, double twist_rad, double rate_rad_s, double *loss_W);
+/* Dahl's law as a rate: z' of a friction state z at speed v, for a travel and a power as in tl_dahl_along. */
+double tl_dahl_rate(double v, double z, double travel, double power);
+
 #define TL_TWO_MASS_SETTLE_S 2.0 /* in which a link on its spring comes to rest, of a joint's gear */
 
 /* A link behind a spring and a gap, driven by the motor's recorded motion. */
@@ -32,6 +48,11 @@ typedef struct tl_two_mass {
   double
       settle_s; /* so long the motion runs backwards before its begin, or a wrong one rings; 0: without twist */
   double step_s;
+  /* Row by row, where the link's pose counts: its inertia in the place of inertia_kg_m2 (which still sets the number of
+   * steps), and by how much its load grows per rad and per rad/s that it runs ahead of the motor. Nullable. */
+  const double *row_inertia_kg_m2, *row_stiffness_Nm_rad, *row_damping_Nms_rad;
+  const double *
+      row_bulge_Nm; /* by how much the load's mean from row k to the next is above that of its ends. Nullable. */
 } tl_two_mass;
 
 /* Steps of the link in one sample of step_s: enough for its own oscillation, at most 60. */

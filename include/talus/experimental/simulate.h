@@ -36,20 +36,31 @@ typedef enum tl_joint_mode {
   TL_MODE_FREE = 2       /* no Coulomb friction: nothing to stick */
 } tl_joint_mode;
 
+#define TL_LINK_BODIES (TL_MAX_JOINTS + TL_MOUNT_MODES)
+/* memories of friction, of each joint one: its presliding, and the drag between motor and link */
+enum { TL_MEMORY_PRESLIDING = 0, TL_MEMORY_DRAG = TL_MAX_JOINTS };
+#define TL_LINK_MEMORIES (2 * TL_MAX_JOINTS)
+/* Where dry friction acts, and a mode says how: at the joint j (on its motor's side), or at its link, where part of it
+ * stands there: TL_CONTACT_LINK + j. */
+enum { TL_CONTACT_LINK = TL_MAX_JOINTS };
+#define TL_CONTACTS (2 * TL_MAX_JOINTS)
+
 /* What effects add to the plant's state. Where a transmission is not rigid, tl_simulation's motion is the
  * motor's side in the joint's coordinate, where friction is, and the joint stands apart from it. */
 typedef struct tl_link_state {
   int begun;
-  double q[TL_MAX_JOINTS + 1], v[TL_MAX_JOINTS + 1]; /* joints beyond their transmissions, then the base */
-  double a[TL_MAX_JOINTS + 1];
-  double z[TL_MAX_JOINTS], z_rate[TL_MAX_JOINTS]; /* memory of presliding friction, [-1, 1] */
+  /* joints beyond their transmissions, then the mount's modes in the order of tl_effect_change */
+  double q[TL_LINK_BODIES], v[TL_LINK_BODIES], a[TL_LINK_BODIES];
+  double slip[TL_MAX_JOINTS]; /* of a link's own friction, as tl_motion's */
+  double z[TL_LINK_MEMORIES],
+      z_rate[TL_LINK_MEMORIES]; /* friction's memories, [-1, 1]: TL_MEMORY_... + joint */
 } tl_link_state;
 
 /* Where the plant stands. Plain data: a copy can be continued as well. */
 typedef struct tl_simulation {
   double t_s;
   tl_motion motion; /* q, v; a and slip as they are at t_s, before any later change of torque */
-  tl_joint_mode mode[TL_MAX_JOINTS];
+  tl_joint_mode mode[TL_CONTACTS];
   double work_J; /* what motors (less the model's torque or force offset) have put in */
   double
       dissipated_J; /* what friction has taken, and effects: kinetic + potential + dissipated - work stays */
@@ -59,7 +70,7 @@ typedef struct tl_simulation {
   const tl_effect *effect;
   int effects;
   double effects_begin_s; /* the instant from which effects of time count */
-  tl_link_state beyond;   /* all 0 without effects of this sort */
+  tl_link_state link;     /* all 0 without effects of this sort */
 } tl_simulation;
 
 /* Torque at an instant, as tl_forward takes it. Smooth within one call of tl_simulate; what it
@@ -75,8 +86,10 @@ void tl_held_torque(const void *context, double t_s, const tl_motion *motion, do
 TL_CHECK tl_status tl_simulation_init(tl_simulation *s, const tl_model *m, const double q[TL_MAX_JOINTS],
                                       const double v[TL_MAX_JOINTS]);
 
-/* Where the joints themselves are: s->motion but beyond transmissions that are not rigid. */
-void tl_simulation_joints(const tl_simulation *s, tl_motion *joints);
+/* Where the joints themselves are: s->motion but for transmissions that twist or err in angle. */
+void tl_simulation_joints(const tl_model *m, const tl_simulation *s, tl_motion *joints);
+/* By how much a mount that turns adds to every absolute angle [rad]. */
+double tl_simulation_base_angle(const tl_simulation *s);
 
 /* On to until_s >= s->t_s, in equal steps of at most step_s and shorter ones at changes. A joint that
  * would stop and start again the same way within one step is not seen to do so: step_s should be
