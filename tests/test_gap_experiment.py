@@ -186,7 +186,7 @@ def test_a_richer_form_is_judged_where_it_is_true():
 def test_payload_is_the_models_foot_with_a_mass_more(twin):
     evidence, model = twin[1].evidence, talus.Model.read(LEG)
     before, tree = np.array(list(model.base.values())), yaml.safe_load(LEG.read_text())
-    evidence = type("Evidence", (), {"tree": tree, "model": model, "leg": True})
+    evidence = type("Evidence", (), {"tree": tree, "model": model})
     base, changed = with_payload(evidence, before)
     foot = tree["foot"]
     changed["foot"]["inertia_kg_m2"] = foot["inertia_kg_m2"]

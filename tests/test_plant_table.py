@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from support import REPOSITORY
 
-ASKS = re.compile(r"plant\s*[!=]=|case TL_PLANT_|TL_PLANT_(?:LEG|PENDULUM|SLIDER)\b|\.leg\b|in \(?\"(?:leg|pendulum|slider)\"")
+ASKS = re.compile(r"plant\s*[!=]=|case TL_PLANT_|TL_PLANT_(?:LEG|PENDULUM|SLIDER)\b|\.leg\b(?!\()|in \(?\"(?:leg|pendulum|slider)\"")
 QUOTED = re.compile(r"(?:[!=]=|\.get\(|\[)\s*\"(?:leg|pendulum|slider)\"")
 
 
@@ -23,14 +23,15 @@ def lines_that_ask(folder, suffixes):
             continue
         for number, line in enumerate(path.read_text().splitlines(), 1):
             code = re.sub(r"^\s*(/?\*|//|#(?!include|define)).*", "", line)
+            code = re.sub(r"tl_model_init\(.*", "", code)  # makes one, does not ask
             if ASKS.search(code) or QUOTED.search(code):
                 found.append(f"{path.relative_to(REPOSITORY)}:{number}: {line.strip()}")
     return found
 
 
-@pytest.mark.parametrize("folder", ["lib", "apps", "include"])
+@pytest.mark.parametrize("folder", ["lib", "apps", "include", "tools"])
 def test_nothing_outside_of_the_plants_asks_which_it_is(folder):
-    assert lines_that_ask(folder, {".c", ".h"}) == []
+    assert lines_that_ask(folder, {".c", ".h", ".cpp", ".py"}) == []
 
 
 def test_the_search_finds_what_asks(tmp_path, monkeypatch):

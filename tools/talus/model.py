@@ -97,6 +97,17 @@ class Model:
         return self._text(self.facts.torque_name)
 
     @property
+    def has_gravity(self):
+        """Does gravity act? Not on a slider, nor on a pendulum whose moment is 0."""
+        return bool(lib.tl_has_gravity(self.struct))
+
+    def sensor(self, kind):
+        """The columns that show a quantity of the joints, a member of `tl_sensors` such as "position" or "camera", for the
+        joints that have one."""
+        channels = list(getattr(self.facts.sensors, kind))[: len(self.joints)]
+        return [self._text(lib.tl_channel_name(c)) for c in channels if c != lib.TL_CHANNEL_COUNT]
+
+    @property
     def joints(self):
         """The joints' names, in the order of every array."""
         return [self._text(lib.tl_joint_name(self.struct, j)) for j in range(lib.tl_joint_count(self.struct))]

@@ -78,7 +78,7 @@ def plain(column, model):
         raise Refused(2, f"{column.stream.message.name}.{column.field.name}: the unit '{column.field.unit}' is none for "
                          f"{column.name}; expected {' or '.join(units)}, or count for an encoder")  # fmt: skip
     factor = units[column.field.unit]
-    if column.name.endswith("_current_A") and model.plant == "leg" and "bus" in model.tree:
+    if column.name.endswith("_current_A") and "bus" in model.tree:
         factor *= model.bus(joint_of(column.name), "current")["sign"]
     column.value = factor * column.stream.values(column.field.name, column.index)
     column.step = abs(factor * column.field.scale)

@@ -37,18 +37,18 @@ class Evidence:
 
     def __init__(self, model, tracks, tree):
         self.model, self.tracks, self.tree = model, tracks, tree
-        self.leg = model.plant == "leg"
+        self.at_motor = bool(model.facts.sensors.at_motor)  # the joints follow through their transmissions
         self.models = {}  # the model at other base parameters, by these
         self.joints, self.bases = len(model.joints), len(model.base)
         self.prior = np.array(list(model.base.values()))
         self.identified = np.array(list(talus.Model.from_tree(tree).base.values()))
-        width = PRIOR_WIDTH if self.leg else PRIOR_WIDTH_OF_ONE_JOINT
+        width = PRIOR_WIDTH if self.joints > 1 else PRIOR_WIDTH_OF_ONE_JOINT
         self.prior_width = np.maximum(width * np.abs(self.prior), np.abs(self.identified - self.prior))
-        no_gravity = model.plant == "pendulum" and tree["gravity_moment_kg_m"] == 0  # a file's 0 means that there is none
+        no_gravity = not model.has_gravity  # a file's 0 means that there is none
         self.absent = [k for k, name in enumerate(model.base) if no_gravity and name.startswith("gravity")]
-        self.velocity_only = model.plant == "pendulum" and "joint_rad" not in tracks[0].columns
+        self.velocity_only = not any(name in tracks[0].columns for name in model.sensor("position"))
         self.load_sensor = "joint_load_Nm" in tracks[0].columns
-        if self.leg:
+        if self.at_motor:
             self.transmissions = [model.transmission(joint) for joint in range(len(model.joints))]
             self.ankle_rad = [self.transmissions[1].joint_rad(t.columns["ankle_motor_rad"]) for t in tracks]
         self.channels = [c for record in range(len(tracks)) for c in self._channels(record)]
@@ -67,7 +67,7 @@ class Evidence:
         track = self.tracks[record]
         for joint in range(self.joints):
             yield Channel(record, f"T{joint}", track.target[joint], self._scored(track, joint))
-        for kind in ("E", "K", "F") if self.leg else ():
+        for kind in ("E", "K", "F") if self.at_motor else ():
             raw = self.raw(record, kind)
             if raw is not None:
                 yield Channel(record, kind, track.operate(raw), self._angle_rows(track, kind))
@@ -101,7 +101,7 @@ class Evidence:
     def effort(self, record, joint):
         """The measured torque or force of a joint at the samples, unfiltered."""
         columns = self.tracks[record].columns
-        if self.leg:
+        if self.at_motor:
             name = self.model.joints[joint]
             return columns[f"{name}_current_A"] * self.tree[name]["torque_constant_Nm_A"]
         for name in ("joint_load_Nm", "joint_torque_Nm", "slider_force_N"):
@@ -208,7 +208,7 @@ class Evidence:
 
     def kinds_at(self, joint):
         """The channels that an effect at a joint shows in first."""
-        own = {"ankle": ("T1", "E", "F"), "knee": ("T0", "K")}.get(joint, self.kinds) if self.leg else self.kinds
+        own = {"ankle": ("T1", "E", "F"), "knee": ("T0", "K")}.get(joint, self.kinds) if self.at_motor else self.kinds
         return [kind for kind in self.kinds if kind in own]
 
     def freedom(self, kind=None):

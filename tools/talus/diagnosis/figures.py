@@ -103,7 +103,7 @@ def gap(evidence, before, after, seed):
         identified, extended = (torque_rms(evidence, r, joint) for r in (before, after))
         floor = noise_floor(evidence, joint)
         out[name] = {
-            "unit": "N" if evidence.model.plant == "slider" else "Nm",
+            "unit": evidence.model.torque_unit,
             "nominal_rms": nominal,
             "identified_rms": identified,
             "extended_rms": extended,

@@ -166,6 +166,6 @@ def motion(search, fit, before, after):
         return {}
     identified = rms(search, [], before)
     extended = rms(search, fit.chosen, after) if fit.chosen else identified
-    unit = "m" if search.evidence.model.plant == "slider" else "rad"
+    unit = search.evidence.model.coordinate_unit
     return {name: {"unit": unit, "identified_rms": float(x), "extended_rms": float(y)}
             for name, x, y in zip(search.evidence.model.joints, identified, extended) if np.isfinite(x + y)}  # fmt: skip

@@ -28,7 +28,7 @@ class Shown:
     def __init__(self, found, number, joint):
         self.found, self.number, self.joint = found, number, joint
         self.evidence, self.kind = found.search.evidence, f"T{number}"
-        self.slider = self.evidence.model.plant == "slider"
+        self.straight = self.evidence.model.coordinate_unit == "m"
         self.fits = [("identified", "identified", found.before)]
         if found.fit.chosen:
             self.fits.append(("with effects", "extended", found.after))
@@ -38,22 +38,22 @@ class Shown:
 
     def chart(self, out, title, x_label, y_label, lines):
         """A chart of lines in Nm or N, in a unit of readable size."""
-        scale = Scale("N" if self.slider else "Nm", [np.abs(y).max() for *_, y in lines])
+        scale = Scale(self.evidence.model.torque_unit, [np.abs(y).max() for *_, y in lines])
         out.chart(f"{self.joint}: {title}", x_label, f"{y_label} [{scale.unit}]", [(*of, scale(y)) for *of, y in lines])
 
     def label(self, coordinate):
-        return coordinate_label(coordinate, self.slider)
+        return coordinate_label(coordinate, self.straight)
 
 
-def coordinate_unit(coordinate, slider):
+def coordinate_unit(coordinate, straight):
     unit = COORDINATES[coordinate][1]
-    return of_slider(unit) if slider else unit
+    return of_slider(unit) if straight else unit
 
 
-def coordinate_label(coordinate, slider):
+def coordinate_label(coordinate, straight):
     """A coordinate of `where` in words, with its unit."""
     label = f"{COORDINATES[coordinate][0]} [{coordinate_unit(coordinate, False)}]"
-    return of_slider(label) if slider else label
+    return of_slider(label) if straight else label
 
 
 def maps(out, found):

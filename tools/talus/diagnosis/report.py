@@ -29,7 +29,7 @@ def diagnosis(search, verdict, seed):
     maps_after = where(search, after)[1] if fit.chosen else maps
     named = verdict.probabilities[0]
     proposal = experiment.propose(search, verdict)
-    why = of_slider(proposal.why) if evidence.model.plant == "slider" else proposal.why
+    why = of_slider(proposal.why) if evidence.model.coordinate_unit == "m" else proposal.why
     report = {
         "schema": SCHEMA,
         "verdict": entry(*named),

@@ -35,7 +35,7 @@ class Scene:
         drives = [self.model.struct.drive[j] for j in range(evidence.joints)]
         self.coulomb_Nm = [drive.coulomb_Nm for drive in drives]
         self.viscous = [drive.viscous_Nms_rad for drive in drives]
-        if evidence.leg:
+        if evidence.at_motor:
             self.travel_rad = np.array([evidence.transmissions[0].joint_rad(self.motor_rad[0]), evidence.ankle_rad[record]])
 
     def once(self, key, make):
@@ -73,7 +73,7 @@ class Scene:
     def _limit_inertia(self, segment):
         """An effect can drive the fitted inertia far out of range: links swing with one near the given model's."""
         mine, given = straight_inertia(self.model), straight_inertia(self.evidence.model)
-        for j in range(self.evidence.joints if self.evidence.leg else 0):
+        for j in range(self.evidence.joints if self.evidence.at_motor else 0):
             segment.link_inertia_kg_m2[j] = np.clip(mine[j], given[j] / INERTIA_WITHIN, given[j] * INERTIA_WITHIN)
 
     def prepared(self, number):
@@ -140,7 +140,7 @@ class Scene:
         self.link_Nm, self.joint_Nm = whole - self.rotor_Nm, whole + self.friction_Nm
         self.motor_rad, self.motor_Nm, self.ratio = every("motor_rad"), every("motor_Nm"), every("ratio")
         self.gear = 1.0
-        if not self.evidence.leg:  # torques and angles are the joint's here: motor turns for one of it
+        if not self.evidence.at_motor:  # torques and angles are the joint's here: motor turns for one of it
             self.gear = float(self.ratio[0, self.track.parts[0]["begin"]])
             self.motor_Nm, self.ratio = self.gear * self.motor_Nm, np.ones_like(self.ratio)
             self.motor_rad = self.travel_rad = self.q
@@ -151,7 +151,7 @@ class Scene:
         now["temp_C"] = self._temperature(j)
         if self.drive_Nm is None:
             now["motor_Nm"] = self.track.bridge(now["motor_Nm"], j)
-        if self.evidence.leg:
+        if self.evidence.at_motor:
             now["motor_rad"] = self.columns[f"{self.evidence.model.joints[j]}_motor_rad"]
 
     def _temperature(self, j):

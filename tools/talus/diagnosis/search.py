@@ -99,7 +99,7 @@ class Search:
     def _is_this_leg(self, base):
         """A spring and a foot four times as heavy together look like a cable between both joints: no effect is worth a
         leg that is neither the given one nor, where the file is rough, the one that identification finds without it."""
-        if not self.evidence.leg:
+        if not self.evidence.at_motor:
             return True
         seen = self.gram.base[:len(INERTIAL)]
         given, identified = self.evidence.prior[seen], self.evidence.identified[seen]
@@ -129,7 +129,7 @@ class Search:
         """Effects of several orders or modes get a second one, where it closes much of what the first leaves."""
         *others, last = fit.chosen
         within = fit.excess < self.tolerated
-        if not EFFECTS[last.effect].several or (within and self.evidence.leg):
+        if not EFFECTS[last.effect].several or (within and self.evidence.at_motor):
             return fit
         shapes = [c for c in self.gram.candidates if c.key == last.key and not set(c.columns) & set(last.columns)]
         shapes = [c for c in shapes if len(c.columns) <= len(last.columns)]
@@ -284,7 +284,7 @@ def plain_base(evidence):
 def search(evidence, base, step=lambda text: None):
     """(search, fit): the search at the parameters that suit the best effect, and the effects chosen."""
     step("candidates")
-    first = Search(evidence, base, sparse if evidence.leg else list)
+    first = Search(evidence, base, sparse if evidence.at_motor else list)
     step("single effects")
     singles = first.scan([], looking=True)
     # candidates are made of the plain model's torques, and coloured noise shows beside a model that knows the motion:
@@ -298,7 +298,7 @@ def search(evidence, base, step=lambda text: None):
     if not np.all(np.isfinite(again)) or not best.chosen:
         again = base
     excess, wanted = torque_constant_error(best.chosen, best.strengths), list
-    if evidence.leg:  # a body that closes little in a first look can be no more than a second effect, whose shape is refined
+    if evidence.at_motor:  # a body that closes little in a first look can be no more than a second effect, whose shape is refined
         gained = {fit.chosen[-1].key: first.plain.excess - fit.excess for fit in singles}
         much = {key for key in gained if gained[key] > PROMISING * max(gained.values())}
         whole = {c.key for c in first.gram.candidates if not EFFECTS[c.effect].integrated} | much

@@ -48,12 +48,12 @@ def current_offset(at):
     shape = "beside a sensor" if at.evidence.load_sensor else "constant"
 
     def prior(x):
-        if at.evidence.leg:
+        if at.evidence.at_motor:
             return usual(abs(x[0]) / at.evidence.tree[at.name]["torque_constant_Nm_A"], *USUAL_OFFSET_A)
         return BESIDE_A_SENSOR if at.evidence.load_sensor else 1.0
 
     # beside a spring with a preload an offset could be anything, and both together nearly nothing
-    most = LARGEST_OFFSET_A * at.evidence.tree[at.name]["torque_constant_Nm_A"] if at.evidence.leg else np.inf
+    most = LARGEST_OFFSET_A * at.evidence.tree[at.name]["torque_constant_Nm_A"] if at.evidence.at_motor else np.inf
     yield at.of_law("current_offset", shape, [{"torque_Nm": 1.0}], low=(-most,), high=(most,), prior=prior)
 
 
@@ -74,7 +74,7 @@ def sensor_offset(at):
 def delay(at):
     """A current that is later than the angles; beside a sensor at the output, where the current is known and a late one tells
     of an earlier instant, also both later than the sensor."""
-    least, most = DELAY_OF_A_LEG_S if at.evidence.leg else (0.0, max(DELAYS_S))
+    least, most = DELAY_OF_A_LEG_S if at.evidence.at_motor else (0.0, max(DELAYS_S))
     for near_s in (s for s in DELAYS_S if least < abs(s) <= most):
         near, limits = f"near {1e3 * near_s:g} ms", ((least,), (most,)) if near_s > 0 else ((-most,), (-least,))
         for form, saved in ((near, {}), (f"{near}, angles too", {"angles_too": 1.0}))[:2 if at.evidence.load_sensor else 1]:
@@ -85,7 +85,7 @@ def delay(at):
 def fades(at):
     """Frequencies at which half of a ripple shows; 0: all of it, whatever its frequency."""
     window = SHOWN_UP_TO * at.evidence.tracks[0].recording.score.lowpass_hz
-    return (window,) if at.evidence.leg else (0.0, window)
+    return (window,) if at.evidence.at_motor else (0.0, window)
 
 
 def cogging(at):
@@ -105,8 +105,7 @@ def cogging(at):
 
 
 def kinematic_error(at):
-    plant = at.evidence.model.plant
-    if at.evidence.velocity_only or plant == "slider":
+    if at.evidence.velocity_only or not at.evidence.model.facts.motor:
         return
 
     def ripple(form, of, shapes):
@@ -118,5 +117,5 @@ def kinematic_error(at):
             yield ripple(f"torque, {order} per turn{name}", "Nm", {"per_turn": float(order), "fades_Hz": fades_Hz})
         shapes = {"per_turn": float(order), "fades_Hz": fades(at)[-1]}
         yield ripple(f"share of the load, {order} per turn", "share", shapes)
-        if plant == "leg":
+        if at.evidence.at_motor:
             yield ripple(f"angle, {order} per turn", "rad", {"per_turn": float(order)})

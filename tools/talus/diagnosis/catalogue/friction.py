@@ -25,7 +25,7 @@ EVENLY, SETTLING = 1000.0, 3.0  # sessions in a time constant so long that chang
 
 def stribeck(at):
     j, speed = at.number, at.extent.speed[at.number]
-    slider = at.evidence.model.plant == "slider"
+    slider = at.evidence.model.coordinate_unit == "m"
     speeds = [x * speed for x in (0.02, 0.05, 0.1)] if slider else STRIBECK_SPEEDS_RAD_S
 
     def falling(width, power):
@@ -43,7 +43,7 @@ def stribeck(at):
 def _loads(at):
     """Readings of `the torque that the gear carries` that the literature has: name, and shares of the rotor and of friction
     in it."""
-    rotor = 0.0 if at.evidence.leg and at.number == 1 else 1.0  # the others have no rotor of their own
+    rotor = 0.0 if at.evidence.at_motor and at.number == 1 else 1.0  # the others have no rotor of their own
     yield "link", {"rotor_share": rotor, "friction_share": 0.0}
     if at.evidence.load_sensor:  # the gear carries what the drive gives
         return
@@ -96,7 +96,7 @@ def asymmetric_friction(at):
     def constant(size):
         """A constant torque is a current's zero more often than friction's: of asymmetries a third do not grow with speed,
         and large ones are as frequent as small ones, while a zero is as often of one order of magnitude as of another."""
-        if not at.evidence.leg:
+        if not at.evidence.at_motor:
             return CONSTANT_BY_FRICTION
         share = abs(size) / at.coulomb_Nm
         return usual(share, *USUAL_ASYMMETRY) * min(CONSTANT_OF_A_SHARE * share, 1.0)
@@ -150,7 +150,7 @@ def position_friction(at):
 
 def presliding(at):
     friction_Nm = at.usual_coulomb_Nm
-    size = 0.1 if at.evidence.model.plant == "slider" else 1.0  # a slider's travel in m
+    size = 0.1 if at.evidence.model.coordinate_unit == "m" else 1.0  # a slider's travel in m
     travels = [size * x for x in PRESLIDING_TRAVELS_RAD]
     shapes = [(travel, power) for power in (1.0, 2.0) for travel in travels]
 

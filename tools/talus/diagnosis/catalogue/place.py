@@ -40,7 +40,7 @@ class Place:
     @property
     def usual_coulomb_Nm(self):
         """Where an effect stands in for dry friction, little of that is left to the plain model: on a leg the given one, then."""
-        given = abs(self.evidence.prior[COULOMB_OF_A_LEG[self.number]]) if self.evidence.leg else 0.0
+        given = abs(self.evidence.prior[COULOMB_OF_A_LEG[self.number]]) if self.evidence.at_motor else 0.0
         return max(self.coulomb_Nm, given)
 
     @property
@@ -64,7 +64,7 @@ class Place:
     @property
     def travels(self):
         """Does the joint turn far enough for position to be told from load?"""
-        if self.evidence.model.plant == "slider":
+        if self.evidence.model.coordinate_unit == "m":
             return True
         return self.extent.half_range[self.number] > LEAST_HALF_RANGE_RAD and not self.is_held
 

@@ -46,7 +46,7 @@ def parallel_spring(at):
 
     def likely(powers, strengths):
         """By the mean stiffness over the range."""
-        if not at.evidence.leg:
+        if not at.evidence.at_motor:
             return 1.0
         ends = [sum(x * q**p for p, x in zip(powers, strengths)) for q in (middle - half, middle + half)]
         return usual(abs(ends[1] - ends[0]) / (2 * half), *USUAL_SPRING_NM_RAD)
@@ -56,7 +56,7 @@ def parallel_spring(at):
     yield make("line and cube", (1, 3))
     yield make("polynomial", (1, 2, 3))
     yield make("polynomial and preload", (0, 1, 2, 3))
-    if at.evidence.leg:
+    if at.evidence.at_motor:
         yield make("line and preload", (1, 0))
     for side in (-1, 1):
         for begin in BUMPER_BEGINS:
@@ -66,7 +66,7 @@ def parallel_spring(at):
 
 def _motor_shares(at):
     """An ankle's rotor is known."""
-    return KNEE_MOTOR_SHARES if at.evidence.leg and at.number == 0 else (MOTOR_SHARE,)
+    return KNEE_MOTOR_SHARES if at.evidence.at_motor and at.number == 0 else (MOTOR_SHARE,)
 
 
 def _hidden(at):
@@ -89,7 +89,7 @@ def elasticity(at):
     if _hidden(at):
         return
     j = at.number
-    begin_low = (STIFFER_SHARE,) if at.evidence.leg else None
+    begin_low = (STIFFER_SHARE,) if at.evidence.at_motor else None
 
     def soft(stiffness, dry, viscous, motor, damping=SPRING_DAMPING_RATIO, share=1.0, begin=SOFT_RAD, harder=0.0):
         hardening = float(harder * stiffness / HARDER_RAD**2)
@@ -112,13 +112,13 @@ def elasticity(at):
             for stiffness in stiffnesses or STIFFNESSES_NM_RAD[:1]:
                 yield soft(float(stiffness), float(dry), float(viscous), motor)
 
-    if at.evidence.leg and j == 0:
+    if at.evidence.at_motor and j == 0:
         yield from _bent(at, soft)
 
     # stiff: twist = load over stiffness, by the link's torque and, apart, by friction; the soft form takes no part
     shapes = {"stiffness_Nm_rad": 1000.0, "damping_s": 0.001}
     names = ("compliance_rad_Nm", "friction_compliance_rad_Nm")
-    stiffest = 1 / STIFFEST_NM_RAD if at.evidence.leg else 0.0
+    stiffest = 1 / STIFFEST_NM_RAD if at.evidence.at_motor else 0.0
     for form, count in (("stiff", 1), ("stiff, friction apart", 2)):
         own = names[:count]
         yield at.of_law("elasticity", form, [{name: 1.0} for name in own], shapes, parameters=named(*own),
@@ -140,8 +140,8 @@ def backlash(at):
     if _hidden(at):
         return
 
-    least = LEAST_GAP_RAD if at.evidence.leg else 0.0
-    begin_low = (BEGIN_SHARE,) if at.evidence.leg and at.number == 0 else None  # no encoder tells its gap
+    least = LEAST_GAP_RAD if at.evidence.at_motor else 0.0
+    begin_low = (BEGIN_SHARE,) if at.evidence.at_motor and at.number == 0 else None  # no encoder tells its gap
 
     def lost(gap, stiffness, dry, viscous, motor, damping, drag=0.0):
         shapes = _shapes(at, stiffness, dry, viscous, motor, damping, gap_rad=gap, drag_Nm=drag * at.coulomb_Nm)
@@ -153,7 +153,7 @@ def backlash(at):
                          shapes, parameters=figures, low=(max(0.4, least / gap),), high=(1.8,), family=family,
                          begin_low=begin_low)  # fmt: skip
 
-    damping = KNEE_TEETH_DAMPING_RATIO if at.evidence.leg and at.number == 0 else TEETH_DAMPING_RATIO
+    damping = KNEE_TEETH_DAMPING_RATIO if at.evidence.at_motor and at.number == 0 else TEETH_DAMPING_RATIO
     for motor in _motor_shares(at):
         for gap in GAPS_RAD:
             for dry, viscous in GAP_FRICTION:

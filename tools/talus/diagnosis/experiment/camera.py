@@ -14,7 +14,7 @@ CAMERA_RAD = 1e-3  # noise of one angle, as a marker tracker has it
 
 def helps(search, effects):
     """Would a camera part these effects, and has none been there?"""
-    return search.evidence.leg and all(effect.needs == "camera" for effect in known(effects)) and "F" not in search.evidence.kinds
+    return search.evidence.at_motor and all(effect.needs == "camera" for effect in known(effects)) and "F" not in search.evidence.kinds
 
 
 def shown(search, explanation, scene):

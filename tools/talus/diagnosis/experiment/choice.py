@@ -159,7 +159,7 @@ def beside_trajectory(search, contest, option, short, limits):
         yield f"Predicted gain of the rest: {figure(rest_gain(search, contest))}."
     elif any(EFFECTS[candidate.effect].needs == "known mass" for candidate in contest.candidates):
         loaded = Option(option.name, option.q, Planned(search, option.q, loaded=True), limits, contest)
-        mass = f"{PAYLOAD_KG:g} kg at the foot's centre" if search.evidence.leg else "half the load more"
+        mass = f"{PAYLOAD_KG:g} kg at the foot's centre" if search.evidence.at_motor else "half the load more"
         for k in short:
             yield (f"Predicted gain over {contest.others[k].name} with {mass}: {figure(loaded.worst(k))} in "
                    f"{option.length_s:.0f} s, at {100 * loaded.torque.max():.0f} % of the recorded torque.")  # fmt: skip

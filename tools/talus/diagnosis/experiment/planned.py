@@ -36,14 +36,12 @@ def recording_of(evidence, q, camera=False):
 
 def angles(evidence, q):
     """Columns of a motion of the joints."""
-    if evidence.leg:
+    if evidence.at_motor:
         knee, ankle = evidence.transmissions
         return {"knee_motor_rad": knee.motor_rad(q[0]), "ankle_motor_rad": ankle.motor_rad(q[1]),
                 "ankle_joint_rad": q[1], "shank_rad": q[0], "foot_rad": q[0] + q[1]}  # fmt: skip
-    if evidence.model.plant == "slider":
-        return {"slider_m": q[0]}
-    step_s = evidence.tracks[0].step_s
-    return {"joint_rad": q[0], "joint_velocity_rad_s": np.gradient(q[0], step_s)}
+    (position,), velocity = evidence.model.sensor("position"), evidence.model.sensor("velocity")
+    return {position: q[0], **{name: np.gradient(q[0], evidence.tracks[0].step_s) for name in velocity}}
 
 
 def rounded(values, like):
@@ -60,7 +58,7 @@ def planned_evidence(evidence, recording):
         out.kinds = sorted({*evidence.kinds, "F", "K"})
     out.models = {}
     out.tracks = [track := Track(evidence.model, recording)]
-    if out.leg:
+    if out.at_motor:
         out.ankle_rad = [evidence.transmissions[1].joint_rad(track.columns["ankle_motor_rad"])]
     out.channels = [c for c in out._channels(0) if c.kind in out.kinds]
     out.block_of, out.block_record = [np.zeros(len(track.grid_t_s), int)], np.zeros(1, int)
@@ -90,7 +88,7 @@ def with_payload(evidence, model):
     """(base parameters, given model) with PAYLOAD_KG at the foot's centre, or half as much again at a single joint."""
     loaded, given = model.copy(), evidence.model.copy()
     for one in (loaded, given):
-        if evidence.leg:
+        if evidence.at_motor:
             one.struct.foot_mass_kg += PAYLOAD_KG
         else:
             heavier = [name for name in one.parameters if name in HEAVIER]

@@ -26,7 +26,7 @@ def margins(q, torque, limits, joints):
 
 def to_text(q, model, words):
     """The trajectory's file."""
-    unit = "m" if model.plant == "slider" else "rad"
+    unit = model.coordinate_unit
     lines = [f"# {words}", ",".join(["time_s", *(f"{name}_{unit}" for name in model.joints)])]
     lines += [",".join([f"{STEP_S * k:.2f}", *(f"{x:.6f}" for x in row)]) for k, row in enumerate(q.T)]
     return "\n".join(lines) + "\n"
