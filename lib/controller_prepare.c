@@ -212,7 +212,8 @@ tl_status tl_controller_prepare(tl_controller_f64 *c, const tl_model *model, con
 
   if (!c || !model || !settings || !knot || !refused || (effects && !effect)) return TL_ERR_ARGUMENT;
   *refused = -1;
-  if (tl_joint_count(model) != TL_CONTROLLER_JOINTS || model->form != TL_FORM_LAGRANGE) return TL_ERR_UNSUPPORTED;
+  if (tl_joint_count(model) != TL_CONTROLLER_JOINTS || model->form != TL_FORM_LAGRANGE)
+    return TL_ERR_UNSUPPORTED;
   status = tl_model_check(model);
   true_model = *model;
   if (status == TL_OK) status = tl_controller_true_drives(&p, model, true_model.drive, refused);

@@ -78,7 +78,8 @@ static tl_status make(tl_drive_table *table, const tl_transmission *t, tl_curve_
 
 static int is_fine(const tl_drive_table *t) {
   return t->angle_error <= TL_DRIVE_TABLE_ERROR && t->ratio_error <= TL_DRIVE_TABLE_ERROR &&
-         steepest(t->angle.knot, t->angle.n) <= TL_CURVE_STEEPEST && steepest(t->ratio.knot, t->ratio.n) <= TL_CURVE_STEEPEST &&
+         steepest(t->angle.knot, t->angle.n) <= TL_CURVE_STEEPEST &&
+         steepest(t->ratio.knot, t->ratio.n) <= TL_CURVE_STEEPEST &&
          steepest(t->inverse.knot, t->inverse.n) <= TL_CURVE_STEEPEST;
 }
 

@@ -76,19 +76,6 @@ void tl_sincos_far(double x, double *sin_x, double *cos_x) {
   tl_sincos_turn(quadrant, s, c, sin_x, cos_x);
 }
 
-void tl_sincos_two(double x0, double x1, double *restrict sin_x, double *restrict cos_x) {
-  const double x[2] = {x0, x1};
-  /* without branch and call the loop is one pass over a vector */
-  for (int i = 0; i < 2; i++) {
-    tl_sincos_near(x[i], &sin_x[i], &cos_x[i]);
-  }
-  for (int i = 0; i < 2; i++) {
-    if (!(fabs(x[i]) <= TL_SINCOS_NEAR_RAD)) {
-      tl_sincos_far(x[i], &sin_x[i], &cos_x[i]);
-    }
-  }
-}
-
 void tl_sincos(double x, double *sin_x, double *cos_x) {
   tl_sincos_inline(x, sin_x, cos_x);
 }

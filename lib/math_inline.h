@@ -29,11 +29,6 @@ static inline int tl_is_finite(double x) {
 /* tl_sincos for |x| beyond TL_SINCOS_NEAR_RAD, and for NaN. */
 void tl_sincos_far(double x, double *sin_x, double *cos_x);
 
-/* tl_sincos of two angles at once, in one vector register where the machine has them.
- * The angles come by value: as an array they would be read whole right after they were
- * written one by one, and the processor would wait for that. No overlap of the outputs. */
-void tl_sincos_two(double x0, double x1, double *restrict sin_x, double *restrict cos_x);
-
 static inline uint64_t tl_bits_of(double x) {
   uint64_t bits;
   memcpy(&bits, &x, sizeof bits);
@@ -88,6 +83,15 @@ static inline void tl_sincos_inline(double x, double *sin_x, double *cos_x) {
     tl_sincos_near(x, sin_x, cos_x);
   else
     tl_sincos_far(x, sin_x, cos_x);
+}
+
+/* tl_sincos of two angles at once, in one vector register where the machine has them. No overlap of the outputs. */
+static inline void tl_sincos_two(double x0, double x1, double *restrict sin_x, double *restrict cos_x) {
+  const double x[2] = {x0, x1};
+  /* without branch and call the loop is one pass over a vector */
+  for (int i = 0; i < 2; i++) tl_sincos_near(x[i], &sin_x[i], &cos_x[i]);
+  for (int i = 0; i < 2; i++)
+    if (!(fabs(x[i]) <= TL_SINCOS_NEAR_RAD)) tl_sincos_far(x[i], &sin_x[i], &cos_x[i]);
 }
 
 /* The same for n angles. The first loop has neither branch nor call, so that it runs in vector

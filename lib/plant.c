@@ -34,9 +34,7 @@ void tl_slip_block(const tl_model *m, const double *const v[TL_MAX_JOINTS], size
 }
 
 void tl_inverse(const tl_model *m, const tl_motion *motion, double torque[TL_MAX_JOINTS]) {
-  const tl_plant_table *t = tl_plant_table_of(m->plant);
-
-  if (t->inverse) t->inverse(m, motion, torque);
+  tl_plant_table_of(m->plant)->inverse(m, motion, torque);
 }
 
 void tl_inverse_batch(const tl_model *m, size_t n, const double *q, const double *v, const double *a,
@@ -47,7 +45,7 @@ void tl_inverse_batch(const tl_model *m, size_t n, const double *q, const double
   int joints = t->facts.joints < TL_MAX_JOINTS ? t->facts.joints : TL_MAX_JOINTS, j;
   size_t i;
 
-  for (i = 0; i < n && t->inverse; i++) {
+  for (i = 0; i < n; i++) {
     for (j = 0; j < joints; j++) {
       size_t at = (size_t)j * n + i;
 

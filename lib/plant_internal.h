@@ -52,8 +52,13 @@ typedef struct tl_plant_table {
 #define TL_PLANT_DECLARATION(upper, lower) extern const tl_plant_table tl_plant_##lower;
 TL_PLANTS(TL_PLANT_DECLARATION)
 
-/* the row of a model's plant; of an unknown one: no joints, no functions */
-const tl_plant_table *tl_plant_table_of(tl_plant plant);
+/* every row, and last that of an unknown plant: no joints, an inverse that does nothing, no other functions */
+extern const tl_plant_table *const tl_plant_rows[TL_PLANT_COUNT + 1];
+static inline const tl_plant_table *tl_plant_table_of(tl_plant plant) {
+  unsigned row = (unsigned)plant;
+
+  return tl_plant_rows[row < TL_PLANT_COUNT ? row : TL_PLANT_COUNT];
+}
 
 /* tilt of a plant whose absolute angles it turns: gravity's lever arms turned by a right angle */
 void tl_tilt_by_turning(const tl_model *m, const double q[TL_MAX_JOINTS], double joint_torque[TL_MAX_JOINTS]);

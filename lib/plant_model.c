@@ -7,16 +7,16 @@
 
 #define STANDARD_GRAVITY_M_S2 9.81
 
-static const tl_plant_table nothing = {.facts = {.joints = 0}};
+static void inverse_of_nothing(const tl_model *m, const tl_motion *motion, double torque[TL_MAX_JOINTS]) {
+  (void)m;
+  (void)motion;
+  (void)torque;
+}
+
+static const tl_plant_table nothing = {.facts = {.joints = 0}, .inverse = inverse_of_nothing};
 
 #define ROW(upper, lower) &tl_plant_##lower,
-static const tl_plant_table *const table[TL_PLANT_COUNT] = {TL_PLANTS(ROW)};
-
-const tl_plant_table *tl_plant_table_of(tl_plant plant) {
-  int row = (int)plant;
-
-  return row >= 0 && row < TL_PLANT_COUNT ? table[row] : &nothing;
-}
+const tl_plant_table *const tl_plant_rows[TL_PLANT_COUNT + 1] = {TL_PLANTS(ROW) & nothing};
 
 static const tl_plant_table *table_of(const tl_model *m) {
   return tl_plant_table_of(m->plant);
@@ -39,7 +39,7 @@ tl_status tl_plant_find(const char *name, tl_plant *plant) {
 
   if (!name || !plant) return TL_ERR_ARGUMENT;
   for (i = 0; i < TL_PLANT_COUNT; i++) {
-    if (!same_text(table[i]->facts.name, name)) continue;
+    if (!same_text(tl_plant_rows[i]->facts.name, name)) continue;
     *plant = (tl_plant)i;
     return TL_OK;
   }

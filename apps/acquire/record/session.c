@@ -305,7 +305,10 @@ static void wait_for_something(struct session *s) {
   int64_t until = s->next_second_ns;
   if (s->watch.end_ns && s->watch.end_ns < until) until = s->watch.end_ns;
   const int64_t left_ms = (until - clock_mono_ns()) / NS_PER_MS + 1;
-  poll(what, sizeof what / sizeof what[0], (int)(left_ms < 0 ? 0 : left_ms < WATCH_POLL_MS ? left_ms : WATCH_POLL_MS));
+  poll(what, sizeof what / sizeof what[0],
+       (int)(left_ms < 0               ? 0
+             : left_ms < WATCH_POLL_MS ? left_ms
+                                       : WATCH_POLL_MS));
   if (what[2].revents & POLLIN) watch_stops(&s->watch);
   if (what[3].revents & POLLIN) watch_clock_set(&s->watch);
   if (what[1].revents & POLLIN) watch_link_events(&s->watch);

@@ -11,7 +11,7 @@ struct watch {
   int sources;
   struct stop_line *stop; /* NULL none */
   int netlink, link_events;
-  int clock_set; /* a timer that is readable when somebody has set the clock; -1 none */
+  int clock_set;                       /* a timer that is readable when somebody has set the clock; -1 none */
   int64_t start_ns, end_ns;            /* monotonic; end 0: none */
   struct link_state link[MAX_SOURCES]; /* as last looked at */
   uint64_t live_seen[MAX_SOURCES];     /* by the last live line */
