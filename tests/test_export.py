@@ -8,6 +8,7 @@ import random
 import re
 import resource
 import sys
+import tracemalloc
 from dataclasses import replace
 
 import can
@@ -97,6 +98,82 @@ def test_every_field_is_what_cantools_decodes(tmp_path, text):
                 assert got == float(value) or np.isnan(got) and np.isnan(value), (message.name, name, value, got)
                 compared += 1
     assert compared >= 200 * sum(len(message.signals) for message in theirs.messages)
+
+
+def random_dbc(generator):
+    """Messages with signals anywhere in them, of any order, length, sign and scale; some with multiplexers, one in another."""
+    lines = ['VERSION ""', "BU_: Node"]
+    for k in range(4):
+        lines.append(f"BO_ {100 + k} Message{k}: 8 Node")
+        multiplexed = generator.random() < 0.5
+        if multiplexed:
+            lines.append(' SG_ Select M : 0|3@1+ (1,0) [0|0] "" Node')
+        at = 3
+        while at < 63:
+            bits = min(generator.randint(1, 40), 64 - at)
+            scale = generator.choice(("1", "2", "-3", "0.5", "1e-3", "-0.0078125", "1000000007"))
+            offset = generator.choice(("0", "-40", "7", "0.25", "-100000000000"))
+            which = f"m{generator.randrange(4)} " if multiplexed and generator.random() < 0.7 else ""
+            lines.append(f' SG_ S{at} {which}: {at}|{bits}@1{generator.choice("+-")} ({scale},{offset}) [0|0] "" Node')
+            at += bits + generator.randrange(3)
+    for k, bits in ((0, 63), (1, 64)):
+        lines += [f"BO_ {200 + k} Wide{k}: 8 Node", f' SG_ W : 0|{bits}@1{generator.choice("+-")} '
+                  f'({generator.choice((1, 2, 3, "0.1"))},{generator.choice((0, -40, 5))}) [0|0] "" Node']  # fmt: skip
+    lines += ["BO_ 300 Nested: 8 Node", ' SG_ Outer M : 0|2@1+ (1,0) [0|0] "" Node', ' SG_ Inner m1M : 2|2@1+ (1,0) [0|0] "" Node',
+              ' SG_ Deep m2 : 8|16@0- (0.5,-40) [0|0] "" Node', ' SG_ Flat m0 : 30|20@1- (3,-40) [0|0] "" Node',
+              "SG_MUL_VAL_ 300 Inner Outer 1-1;", "SG_MUL_VAL_ 300 Deep Inner 2-3;", "SG_MUL_VAL_ 300 Flat Outer 0-0,2-3;"]  # fmt: skip
+    return "\n".join(lines) + "\n"
+
+
+def compare_with_cantools(text, folder, seed):
+    """Values, and which frames have which signals; the number of values compared."""
+    path, compared = folder / "x.dbc", 0
+    path.write_text(text)
+    ours, theirs = Database.read(path), cantools.database.load_string(text, "dbc")
+    data = np.random.default_rng(seed).integers(0, 256, (12, 64), np.uint8)
+    for message in theirs.messages:
+        mine = ours.by_name(message.name)
+        columns = {name: (mine.decode(name, data), mine.holds(name, data)) for name in mine.fields}
+        for i, row in enumerate(data):
+            try:
+                expected = message.decode(row[:message.length].tobytes(), decode_choices=False)
+            except cantools.database.DecodeError:
+                continue  # a multiplexer's value that selects nothing
+            assert {name for name, (_, there) in columns.items() if there[i]} == set(expected), (seed, message.name)
+            for name, value in expected.items():
+                assert columns[name][0][i] == float(value), (seed, message.name, name, value)
+                compared += 1
+    return compared
+
+
+@pytest.mark.parametrize("first", [0, pytest.param(1, marks=pytest.mark.long)])
+def test_random_dbcs_are_decoded_as_cantools_does(tmp_path, first):
+    seeds = range(500) if first else range(20)
+    assert sum(compare_with_cantools(random_dbc(random.Random(seed)), tmp_path, seed) for seed in seeds) > 100 * len(seeds)
+
+
+def test_a_multiplexed_channel_is_exported(bench, tmp_path):
+    """A temperature that shares its bytes with another: every second frame has it."""
+    text = DBC.read_text()
+    text = text.replace('SG_ BusVoltage :', 'SG_ Part M : 47|1@1+ (1,0) [0|0] "" Vector__XXX\n SG_ BusVoltage m0 :')
+    text = text.replace("SG_ BusCurrent : 32|16@", "SG_ BusCurrent : 32|15@")
+    (tmp_path / "m.dbc").write_text(text)
+    frames = [replace(f, data=f.data[:5] + bytes([f.data[5] & 0x7F | (f.number % 2) << 7])) if f.name == "Supply" else f for f in bench[1]]
+    export(write(tmp_path / "rec.log", frames), tmp_path, dbc=tmp_path / "m.dbc")
+    got, _ = exported(tmp_path)
+    assert np.ptp(got["bus_V"]) == pytest.approx(0.06, abs=1e-3) and got["bus_V"].min() == pytest.approx(24, abs=1e-3)
+
+
+def test_wide_counters_count(bench, tmp_path):
+    """63 and 64 bits, near their end: nothing wraps that does not wrap on the bus."""
+    for bits in (63, 64):
+        number = (2**bits - 5 + np.arange(10, dtype=object)) % 2**bits
+        raw = np.array([list(int(x).to_bytes(8, "little")) for x in number], np.uint8)
+        text = f'VERSION ""\nBU_: N\nBO_ 1 M: 8 N\n SG_ Counter : 0|{bits}@1+ (1,0) [0|0] "" N\n'
+        (tmp_path / "c.dbc").write_text(text)
+        message = Database.read(tmp_path / "c.dbc").by_name("M")
+        counted = message.counter.raw(raw).astype(np.int64) & (1 << message.counter_bits) - 1
+        assert follow(counted, message.counter_bits, np.arange(10) * 10**6).faults == []
 
 
 LINES = """(1700000000.000001) can0 201#0011223344556677
@@ -379,6 +456,50 @@ def test_a_loss_longer_than_the_counter(tmp_path):
     whole = follow(tick % 65_536, 16, tick * 1_000_000, 0.001)
     assert [(f.kind, f.index, f.number, f.count) for f in whole.faults] == [("lost", 100, 100, 65_536)]
     assert follow(tick % 65_536, 16, tick * 1_000_000).faults == []  # as the documentation says
+
+
+def test_one_foreign_first_frame(bench, tmp_path):
+    """What an adapter still had of yesterday: another counter, or another day. It is named, and the rest exported."""
+    recording, frames = bench
+    state = next(frame for frame in frames if frame.name == "KneeState")
+    for foreign in (replace(state, data=(500).to_bytes(2, "little") + state.data[2:]),
+                    replace(state, t_ns=state.t_ns - 86_400 * 10**9, data=(64_999).to_bytes(2, "little") + state.data[2:])):  # fmt: skip
+        words = export(write(tmp_path / "rec.log", [foreign, *frames]), tmp_path, status=1)
+        assert "KneeState on can0: 1 frame where" in words
+        got, _ = exported(tmp_path)
+        assert len(got) == len(recording) and np.ptp(got["time_s"] - recording["time_s"]) < 20e-6
+
+
+def test_a_doubled_record(bench, tmp_path):
+    """Said in a line each, in time that rises with its length and not with its square."""
+    frames = bench[1] * 4
+    words = export(write(tmp_path / "rec.log", frames), tmp_path)
+    assert f"KneeState on can0: {3 * len(bench[0])} frames repeated" in words
+    assert len(exported(tmp_path)[0]) == len(bench[0])
+    calls = []
+    counter = np.tile(np.arange(5000), 40)
+    again = follow(counter, 16, np.arange(len(counter)) * 10**6, 0.0, lambda a, b: calls.append(a) or True)
+    assert len(calls) == 39 * 5000 and len(again.faults) == 39
+
+
+def test_interfaces_without_number(bench, tmp_path):
+    """300 of them are read, thousands refused."""
+    for count, words in ((300, "is on"), (1100, "more than 1000 interfaces")):
+        lines = [replace(frame, interface=f"can{k % count}").line for k, frame in enumerate(bench[1])]
+        (tmp_path / "rec.log").write_text("".join(lines))
+        assert words in refused(tmp_path / "rec.log", tmp_path)
+
+
+@pytest.mark.parametrize("text", [b"\0" * (1 << 28), b"x" * (1 << 26)], ids=["NUL", "one line"])
+def test_a_bomb_is_refused_in_little_memory(tmp_path, text):
+    """256 MiB of NUL in a quarter of a megabyte of gzip; a line of 64 MiB."""
+    (tmp_path / "rec.log.gz").write_bytes(gzip.compress(text, 1))
+    del text
+    tracemalloc.start()
+    refused(tmp_path / "rec.log.gz", tmp_path)
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert peak < 30e6
 
 
 def test_a_clock_that_was_set_is_no_loss():

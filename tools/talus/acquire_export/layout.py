@@ -31,7 +31,8 @@ class Field:
         self.reach = abs(self.scale) * 2**self.bits + abs(self.offset)  # no value is larger
         self.unit = signal.unit or ""
         self.channel = attribute(signal, "Channel", "")
-        self.multiplexed = signal.multiplexer_ids is not None
+        self.multiplexer = signal.multiplexer_signal  # name of the signal that says whether it is there; None: it always is
+        self.selected_by = np.array(signal.multiplexer_ids or [], np.int64)
         self.pieces = list(little_endian(signal) if signal.byte_order == "little_endian" else big_endian(signal))
         self.bytes = 1 + max(piece[0] for piece in self.pieces)  # that a frame must have for it
 
@@ -90,13 +91,22 @@ class Message:
         self.sample_tick = bool(attribute(message, "SampleTick", 0))
         self.fields = {signal.name: Field(signal) for signal in message.signals}
         counter = self.fields.get(COUNTER)
-        self.counter = counter if counter and not (counter.float or counter.multiplexed) else None
+        self.counter = counter if counter and not (counter.float or counter.multiplexer) else None
         self.counter_bits = min(self.counter.bits, COUNTER_BITS) if self.counter else 0
         if self.sample_tick and not (self.counter and self.cycle_s):
             raise Refused(2, f"{self.name}: SampleTick needs a signal {COUNTER} and GenMsgCycleTime")
 
     def decode(self, name, data):
         return self.fields[name].physical(data)
+
+    def holds(self, name, data):
+        """In which frames a signal is: of a multiplexed one, its multiplexer has one of its values and is there itself."""
+        field, there = self.fields[name], np.ones(len(data), bool)
+        while field.multiplexer is not None:
+            selector = self.fields[field.multiplexer]
+            there &= np.isin(selector.raw(data).astype(np.int64), field.selected_by)
+            field = selector
+        return there
 
 
 class Database:

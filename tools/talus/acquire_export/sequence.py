@@ -78,16 +78,18 @@ class Missing:
 class Follower:
     """Walks through the steps, frame by frame only where they are not 1."""
 
-    def __init__(self, step, time_ns, period_s, same):
-        self.step, self.time_ns, self.period_s, self.same = step, time_ns, period_s, same
+    def __init__(self, step, time_ns, period_s, same, turn):
+        self.step, self.time_ns, self.period_s, self.same, self.turn = step, time_ns, period_s, same, turn
         self.odd = np.flatnonzero(step != 1)
         self.number = np.zeros(len(step) + 1, np.int64)
         self.drop = []
         self.faults = []
+        self.most = 0  # the highest number of the lives before
 
     def begin(self, index, number):
         self.low = self.high = self.number[index] = number
         self.missing, self.first, self.looked_up = Missing(), {}, index
+        self.most = max(self.most, number)
 
     def close(self):
         """What is still missing is lost."""
@@ -166,15 +168,17 @@ class Follower:
             self.faults.append(Fault(kind, index, number))
 
     def anew(self, index, number):
-        """Another life of the sender: its numbers stand behind all earlier ones."""
+        """Another life of the sender: its numbers stand behind all earlier ones, by whole turns of the counter."""
         self.close()
+        self.most = max(self.most, self.high)
         self.faults.append(Fault("restarted", index, number))
-        self.begin(index, int(self.number[:index].max()) + 1)
+        behind = self.most + 1 - number
+        self.begin(index, number + self.turn * max(-(-behind // self.turn), 0))
 
 
 def follow(counter, bits, time_ns, period_s=0.0, same=lambda a, b: True):
     """The Sequence of a message's frames in the order of the record; `same(a, b)`: are two frames equal?"""
-    follower = Follower(steps_of(counter, bits, time_ns, period_s), time_ns, period_s, same)
+    follower = Follower(steps_of(counter, bits, time_ns, period_s), time_ns, period_s, same, 1 << bits)
     follower.run(int(counter[0]))
     keep = np.ones(len(counter), bool)
     keep[follower.drop] = False

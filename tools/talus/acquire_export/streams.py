@@ -82,12 +82,13 @@ class Stream:
 
     def time_beyond(self, stamp_ns, side):
         """How long at least, by the number of its frames, this message was sent before (-1) or after (1) an instant."""
-        frames = int(np.sum(side * (self.stamp_ns - stamp_ns) > 0))
+        frames = int(np.sum(side * (self.stamp_ns[self.order] - stamp_ns) > 0))
         return max(frames - 1, 0) * self.typical_period()
 
-    def usable(self):
-        """Indices of the frames that have all their bytes, in the order of their numbers."""
-        return self.order[~self.short[self.order]]
+    def usable(self, name=None):
+        """Indices of the frames that have all their bytes, and the signal, in the order of their numbers."""
+        whole = self.order[~self.short[self.order]]
+        return whole if name is None else whole[self.message.holds(name, self.record.data[self.rows[whole]])]
 
     def values(self, name, index):
         return self.message.decode(name, self.record.data[self.rows[index]])
@@ -129,12 +130,12 @@ def find_silence(streams):
     """Faults where a message begins later or ends sooner than the others of its sender. How much later is counted in
     the others' frames: a record may stall, and a sender too, but frames that were sent in turn stay in turn."""
     for stream in streams:
-        if not (stream.message.counter and stream.message.cycle_s and len(stream.rows)):
+        if not (stream.message.counter and stream.message.cycle_s and len(stream.order)):
             continue
         peers = [peer for peer in streams if peer is not stream and peer.source == stream.source and len(peer.rows)
                  and peer.message.sender and peer.message.sender == stream.message.sender and peer.message.cycle_s]  # fmt: skip
         period_s = stream.typical_period()
-        for index, side in ((0, -1), (len(stream.rows) - 1, 1)):
+        for index, side in ((int(stream.order[0]), -1), (int(stream.order[-1]), 1)):
             silent_s = max((peer.time_beyond(stream.stamp_ns[index], side) for peer in peers), default=0.0)
             if silent_s > (PERIODS_SILENT + 0.5) * period_s:
                 stream.faults.append(Fault("silent", index, int(stream.number[index]), int(silent_s / period_s)))
@@ -148,8 +149,9 @@ class TickGroup:
         first = streams[0]
         for stream in streams[1:]:
             turn = 1 << stream.message.counter_bits
-            time = (stream.stamp_ns[0] - first.stamp_ns[0]) / 1e9 / self.period_s
-            apart = time - (stream.number[0] - first.number[0])
+            at, at_first = stream.order[0], first.order[0]
+            time = (stream.stamp_ns[at] - first.stamp_ns[at_first]) / 1e9 / self.period_s
+            apart = time - (stream.number[at] - first.number[at_first])
             stream.number = stream.number + turn * round(apart / turn)
         order = [s.in_order() for s in streams]
         number = np.concatenate([s.number[index] for s, index in zip(streams, order, strict=True)])

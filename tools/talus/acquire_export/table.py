@@ -27,7 +27,7 @@ class Column:
 
     def __init__(self, name, stream, field):
         self.name, self.stream, self.field = name, stream, field
-        self.index = stream.usable()
+        self.index = stream.usable(field.name)
         self.time_ns = self.value = None
         self.step = 0.0  # the smallest difference between two values
 
@@ -57,9 +57,7 @@ def find_columns(streams, database, mapping, path):
                          "which signal is which column (docs/bus.md)")  # fmt: skip
     columns = {}
     for channel, (message, field) in wanted.items():
-        if field.multiplexed:
-            raise Refused(2, f"{path}: {message.name}.{field.name} is multiplexed, which the export cannot read")
-        of_message = [s for s in streams if s.message is message and len(s.usable())]
+        of_message = [s for s in streams if s.message is message and len(s.usable(field.name))]
         if len(of_message) > 1:
             names = " and ".join(s.source for s in of_message)
             raise Refused(2, f"{message.name} is on {names}: --interface says which one is the bench's")
@@ -169,7 +167,7 @@ def assemble(columns, names, required):
     values = {}
     for name in names:
         column = columns[name]
-        if column.group and column.group is base.group:
+        if column.group and column.group is base.group and not column.field.multiplexer:
             ticks, own = base.stream.number[base.index], column.stream.number[column.index]
             place = np.minimum(np.searchsorted(own, ticks), len(own) - 1)
             there = own[place] == ticks
@@ -188,7 +186,8 @@ def possible_rows(base, time_ns):
     """How many rows there would be had nothing been lost between the first and the last."""
     if base.group:
         ticks = base.stream.number[base.index]
-        return int(ticks[-1] - ticks[0] + 1)
+        apart = int(np.median(np.diff(ticks))) if base.field.multiplexer and len(ticks) > 1 else 1
+        return int(ticks[-1] - ticks[0]) // max(apart, 1) + 1
     step = typical_step(time_ns)
     return 1 + round((time_ns[-1] - time_ns[0]) / step) if step else len(time_ns)
 
