@@ -57,6 +57,9 @@ endif
 ifeq ($(SANITIZE),1)
   SANITIZERS := -fsanitize=address,undefined -fno-sanitize-recover=all -fno-omit-frame-pointer
 endif
+ifeq ($(SANITIZE),thread)
+  SANITIZERS := -fsanitize=thread -fno-omit-frame-pointer
+endif
 
 # The library stands alone: no stack protector, no checked memcpy.
 LIB_FLAGS := -std=c99 $(WARNINGS) $(EXACT) -fPIC -fno-stack-protector -U_FORTIFY_SOURCE \

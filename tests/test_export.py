@@ -470,6 +470,16 @@ def test_one_foreign_first_frame(bench, tmp_path):
         assert len(got) == len(recording) and np.ptp(got["time_s"] - recording["time_s"]) < 20e-6
 
 
+def test_ticks_that_lie_far_apart_cost_nothing():
+    """A frame of 300 years later whose stamp fits its counter."""
+    tick = np.append(np.arange(5000), 10**13)
+    tracemalloc.start()
+    time_ns, _ = tick_times(tick, tick * 1_000 + 50, 1e-6)
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert peak < 10e6 and time_ns[:5000] == pytest.approx(tick[:5000] * 1000.0, abs=60)
+
+
 def test_a_doubled_record(bench, tmp_path):
     """Said in a line each, in time that rises with its length and not with its square."""
     frames = bench[1] * 4

@@ -15,7 +15,11 @@
 #include "events_file.h"
 
 enum {
+#if defined(__SANITIZE_THREAD__)
+  STACK = 4 << 20, /* the sanitizer keeps its own there */
+#else
   STACK = 512 << 10,
+#endif
   READER_POLL_MS = 20,
   WRITER_CYCLE_NS = 20000000,
   WATCH_POLL_MS = 100,

@@ -54,8 +54,11 @@ def lowest_per_group(x, y, groups):
 
 
 def windows(x, width):
-    """(centre, which points) of windows that overlap by half."""
-    for centre in np.arange(0.0, max(x[-1] - width / 2, 0.0) + width / 2, width / 2):
+    """(centre, which points) of windows that overlap by half; only those that may hold points, however far those lie apart."""
+    last = max(int(np.ceil(max(x[-1] - width / 2, 0.0) / (width / 2))), 0)
+    near = np.unique(np.floor(x / (width / 2)))
+    numbers = np.unique(np.concatenate([near, near + 1]))
+    for centre in numbers[numbers <= last] * (width / 2):
         inside = slice(*np.searchsorted(x, (centre - width / 2, centre + width / 2 + 0.5)))
         if inside.stop - inside.start > 1:
             yield centre, inside

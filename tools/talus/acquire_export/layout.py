@@ -9,6 +9,8 @@ message says that its counter numbers the ticks of an even clock at which its pa
 `GenMsgCycleTime` is the time between two frames in milliseconds.
 """
 
+import logging
+
 import cantools
 import numpy as np
 
@@ -116,6 +118,7 @@ class Database:
     @classmethod
     def read(cls, path):
         """Refused with status 2 when it does not parse or is not there."""
+        logging.getLogger("cantools").setLevel(logging.CRITICAL)  # what is wrong is said here, in one line
         try:
             database = cantools.database.load_file(str(path), database_format="dbc")
             return cls([Message(message) for message in database.messages])
