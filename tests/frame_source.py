@@ -29,12 +29,12 @@ def frame(identifier, data=b"", stamp_ns=0, fd=False, flags=0, length=None):
 
 
 class FrameSource:
-    def __init__(self, out, *names, options=(), sources=(), stderr=subprocess.PIPE):
+    def __init__(self, out, *names, options=(), sources=(), stderr=subprocess.PIPE, path=None):
         self.log, self.side = Path(f"{out}.log"), Path(f"{out}.jsonl")
         pairs = {name: socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET) for name in names or ("bench",)}
         self.socket = {name: mine for name, (mine, _) in pairs.items()}
         given = [f"fd:{name}={theirs.fileno()}" for name, (_, theirs) in pairs.items()]
-        command = [str(program("talus-acquire")), "--out", str(out), *map(str, options), *sources, *given]
+        command = [str(path or program("talus-acquire")), "--out", str(out), *map(str, options), *sources, *given]
         theirs = [end for _, end in pairs.values()]
         self.process = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=stderr,
                                         text=True, pass_fds=[end.fileno() for end in theirs])  # fmt: skip

@@ -6,6 +6,7 @@
 #include <unistd.h>
 
 #include "acquire/host/qualify.h"
+#include "acquire/info/info.h"
 #include "acquire/record/session.h"
 #include "common/cli.h"
 #include "common/error.h"
@@ -61,6 +62,7 @@ static const struct cli_program program = {
             "  pulse:NAME=CHIP:LINE:HZ[:MS]       drives a line, for a camera or an LED\n"
             "  fd:NAME=N                          frames from an inherited socket\n"
             "\n"
+            "talus-acquire info REC.log: what a record holds, its gaps, clocks and rates.\n"
             "talus-acquire export --help: a record to a recording in CSV.",
 };
 
@@ -173,6 +175,7 @@ static int export(char **argv) {
 int main(int argc, char **argv) {
   int first;
   if (argc > 1 && strcmp(argv[1], "export") == 0) return export(argv);
+  if (argc > 1 && strcmp(argv[1], "info") == 0) return info_main(argc - 1, argv + 1);
   switch (read_command_line(argc, argv, &first)) {
   case CLI_RUN:
     return qualify ? judge_machine(argc - first, argv + first) : record_only(argc - first, argv + first);

@@ -3,6 +3,14 @@
  *     ring_push(&ring, &item);                  the reader; 0 when full
  *     const struct item *next = ring_peek(&ring, 0);  the writer
  *     ring_drop(&ring, 1);
+ *
+ * Why this needs no lock: `head` is written by the reader alone and `tail` by the writer alone, and both only rise (as
+ * whole numbers; in 32 bits their difference is right as long as it is at most `size`). The reader fills item[head] only
+ * when head - tail < size, with a tail that may be old, thus too low: it may find the ring full when it is not, never the
+ * reverse. So it never fills a place that the writer has not dropped, and dropping (release) comes before it sees the
+ * tail (acquire). The writer reads item[i] only for tail <= i < head, with a head that may be old, thus too low: it
+ * may see less than there is, never more; filling the item comes before head's release, which it acquires. Every item
+ * is therefore filled whole before it is read, and read before it is filled again, in any interleaving.
  */
 #ifndef RING_H
 #define RING_H

@@ -1,0 +1,25 @@
+/* events_summary.h: what a record's events file says, in figures. */
+#ifndef EVENTS_SUMMARY_H
+#define EVENTS_SUMMARY_H
+
+#include <stdint.h>
+
+enum { EVENTS_REASON = 32 };
+
+struct events_summary {
+  int there;                                   /* is there such a file? */
+  uint64_t lines, bad_lines;                   /* those that are no JSON */
+  uint64_t lost;                               /* frames and edges, as drops tell */
+  uint64_t drops, links, edges, pulses, stops; /* events */
+  uint64_t clocks, steps;                      /* readings of the clocks; times that one was set */
+  int64_t largest_step_ns;                     /* of realtime */
+  int64_t first_mono_ns, first_real_ns;        /* the first reading */
+  int64_t last_mono_ns, last_real_ns;          /* the last one */
+  int64_t widest_ns;                           /* a reading took so long */
+  char reason[EVENTS_REASON];                  /* of the end; empty: there is none, the recorder was killed */
+};
+
+/* Of the events file beside a log; all zero when there is none. */
+void events_summary_read(const char *log, struct events_summary *summary);
+
+#endif

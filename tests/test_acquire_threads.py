@@ -1,0 +1,35 @@
+"""talus-acquire under the thread sanitizer: source, ring, writer, watch and the disk's thread, without a data race."""
+
+import os
+import subprocess
+import time
+
+import pytest
+from frame_source import ERROR, FrameSource
+from support import BUILD, REPOSITORY
+
+pytestmark = [pytest.mark.long, pytest.mark.release]
+
+
+@pytest.fixture(scope="module")
+def sanitized():
+    """The program, built with -fsanitize=thread in a folder of its own."""
+    folder = BUILD / "tsan"
+    make = ["make", "-s", "-C", REPOSITORY, f"BUILD={folder}", "SANITIZE=thread", "CFLAGS=-O1 -g", folder / "bin/talus-acquire"]
+    subprocess.run(list(map(str, make)), check=True, env={**os.environ, "MAKEFLAGS": ""})
+    return folder / "bin/talus-acquire"
+
+
+@pytest.mark.parametrize("options", [("--no-realtime",), ("--no-realtime", "--duration", "60")], ids=["closed", "a minute"])
+def test_no_data_race(tmp_path, sanitized, monkeypatch, options):
+    monkeypatch.setenv("TSAN_OPTIONS", "exitcode=66")
+    with FrameSource(tmp_path / "r", "a", "b", options=options, path=sanitized) as source:
+        begin, k = time.monotonic(), 0
+        while time.monotonic() - begin < (50 if "60" in options else 4):
+            for _ in range(200):
+                source.send(0x100, k.to_bytes(4, "little"), to="ab"[k % 2])
+                k += 1
+            source.send(ERROR | 0x8, bytes(8), to="a")
+            time.sleep(0.05)
+    assert source.status == 0, source.printed
+    assert "ThreadSanitizer" not in source.printed and len(source.lines()) == k
