@@ -125,6 +125,8 @@ static void put_limits(tl_preparation *p, int joint) {
   to->low_rad = s->low_rad;
   to->high_rad = s->high_rad;
   to->fade_gain = 1.0 / s->fade_rad;
+  to->middle_rad = 0.5 * (s->low_rad + s->high_rad);
+  to->reach_rad = 0.5 * (s->high_rad - s->low_rad) + s->slack_rad;
   to->speed_limit_rad_s = s->speed_limit_rad_s;
   to->acceleration_limit = s->acceleration_limit_rad_s2;
   to->angle_step_rad = s->speed_limit_rad_s * tick_s;

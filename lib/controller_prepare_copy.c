@@ -31,6 +31,8 @@ static const tl_controller_field joint_field[] = {
     JOINT(low_rad, 1, 29),
     JOINT(high_rad, 1, 29),
     JOINT(fade_gain, 1, 22),
+    JOINT(middle_rad, 1, 29),
+    JOINT(reach_rad, 1, 29),
     JOINT(speed_limit_rad_s, 1, 25),
     JOINT(acceleration_limit, 1, 19),
     JOINT(angle_step_rad, 1, 29),
@@ -102,6 +104,7 @@ void tl_controller_to_f32(const tl_controller_f64 *c, tl_curve_knot_f32 *knot, t
   int j;
 
   memset(out, 0, sizeof *out);
+  out->tilted = c->tilted;
   out->stale_ticks = c->stale_ticks;
   out->decay_ticks = c->decay_ticks;
   out->recover_ticks = c->recover_ticks;
@@ -109,6 +112,7 @@ void tl_controller_to_f32(const tl_controller_f64 *c, tl_curve_knot_f32 *knot, t
   for (j = 0; j < TL_CONTROLLER_JOINTS; j++) {
     floats(joint_field, COUNT(joint_field), &c->joint[j], &out->joint[j]);
     out->joint[j].side = c->joint[j].side;
+    out->joint[j].uses = c->joint[j].uses;
     for (i = 0; i < COUNT(curve_field); i++) {
       const tl_curve_f64 *from = curve_at(&c->joint[j], curve_field[i].f64);
       tl_curve_f32 *to = (tl_curve_f32 *)(void *)((char *)&out->joint[j] + curve_field[i].f32);
@@ -187,6 +191,7 @@ tl_status tl_controller_to_q31(const tl_controller_f64 *c, tl_curve_knot_q31 *kn
   int j;
 
   memset(&made, 0, sizeof made);
+  made.tilted = c->tilted;
   made.stale_ticks = c->stale_ticks;
   made.decay_ticks = c->decay_ticks;
   made.recover_ticks = c->recover_ticks;
@@ -197,6 +202,7 @@ tl_status tl_controller_to_q31(const tl_controller_f64 *c, tl_curve_knot_q31 *kn
     if (status != TL_OK) return status;
     whole(joint_field, COUNT(joint_field), &c->joint[j], &made.joint[j], &saturated);
     made.joint[j].side = c->joint[j].side;
+    made.joint[j].uses = c->joint[j].uses;
   }
   if (saturated || !sums_fit(c)) return TL_ERR_RANGE;
   *out = made;

@@ -196,23 +196,32 @@ static void add_load(tl_controller_joint_f64 *to, double share, double driving, 
   to->load_odd += 0.5 * share * (driving - back_driving);
 }
 
-/* friction[0] of both kinds is the coefficient; docs/effects.md has the laws */
-static tl_status add_numbers(tl_preparation *p, const tl_effect *e) {
-  tl_controller_joint_f64 *to = e->joint < TL_CONTROLLER_JOINTS ? &p->c->joint[e->joint] : NULL;
-  double share = to ? p->settings->joint[e->joint].friction_share : 0.0;
-
-  if (is_kind(e, "gravity_tilt")) {
-    p->c->tilt_shank += e->value[0] * p->c->gravity_shank;
-    p->c->tilt_foot += e->value[0] * p->c->gravity_foot;
-  } else if (is_kind(e, "asymmetric_friction")) {
+/* at a joint; friction[0] of the last two kinds is the coefficient: docs/effects.md has the laws */
+static tl_status add_joint_numbers(tl_controller_joint_f64 *to, const tl_effect *e, double share) {
+  if (is_kind(e, "asymmetric_friction")) {
     to->asymmetry_Nm += share * e->value[0];
     to->viscous_asymmetry += share * e->value[1];
+    to->uses |= TL_CONTROLLER_USES_ASYMMETRY;
   } else if (is_kind(e, "current_offset")) {
     to->offset_Nm += e->value[0];
+    to->uses |= TL_CONTROLLER_USES_OFFSET;
   } else {
     if (!load_is_plain(e)) return TL_ERR_UNSUPPORTED;
     add_load(to, share, e->value[0], is_kind(e, "load_friction") ? e->value[0] : e->value[1]);
+    to->uses |= TL_CONTROLLER_USES_LOAD;
   }
+  return TL_OK;
+}
+
+static tl_status add_numbers(tl_preparation *p, const tl_effect *e) {
+  tl_controller_f64 *c = p->c;
+
+  if (e->joint < TL_CONTROLLER_JOINTS)
+    return add_joint_numbers(&c->joint[e->joint], e, p->settings->joint[e->joint].friction_share);
+  /* gravity_tilt */
+  c->tilt_shank += e->value[0] * c->gravity_shank;
+  c->tilt_foot += e->value[0] * c->gravity_foot;
+  c->tilted = 1;
   return TL_OK;
 }
 

@@ -2,10 +2,11 @@
  * curve_template.h, included before). In floating point MUL is a product and SAT nothing.
  *
  * In fixed point (formats: talus/fixed.h and talus/controller.h) MUL(a, b, drop) brings Qm times Qn to
- * Q(m + n - drop), rounded, in 64 bits: |a b| <= 2^62, so with drop >= 15 it is below 2^47, and every sum here has
- * fewer than 20 of them: below 2^52. SAT brings a sum back to 32 bits, held and flagged. So nothing overflows for any
- * numbers whatever, and where tl_controller_to_q31 let the model pass, no sum reaches the end of its range
- * within the limits.
+ * Q(m + n - drop), rounded, in 64 bits; DROP does so for a sum of products RAW of one format. |a b| <= 2^62; a model's
+ * numbers are within 2^29 (tl_controller_to_q31 refuses others), so that their products are within 2^60, and no sum has
+ * more than 4 of them, or 2 of sines or of slip and level, below (2^31 - 1)^2 + 2^61 each. SAT brings a sum back to
+ * 32 bits, held and flagged; HOLD without a flag. So nothing overflows for any frame and any state, and where
+ * tl_controller_to_q31 let the model pass, no sum reaches the end of its range within the limits.
  */
 typedef NAMED(tl_controller) NAMED(controller);
 typedef NAMED(tl_controller_joint) NAMED(joint);
@@ -24,10 +25,10 @@ static inline REAL NAMED(size)(REAL x, uint32_t *saturated) {
   return x < 0 ? SAT(-(WIDE)x) : x;
 }
 
-static inline REAL NAMED(between)(WIDE x, REAL low, REAL high) {
-  WIDE above = x > low ? x : low;
+static inline REAL NAMED(between)(REAL x, REAL low, REAL high) {
+  REAL above = x > low ? x : low;
 
-  return (REAL)(above < high ? above : high);
+  return above < high ? above : high;
 }
 
 /* ---- the law ------------------------------------------------------------------- */
@@ -43,24 +44,27 @@ static inline void NAMED(rigid_leg)(const NAMED(controller) * c, const NAMED(fra
   UNUSED(saturated);
   SINCOS(at->angle_rad[0], &sin_s, &cos_s);
   SINCOS(at->angle_rad[1], &sin_a, &cos_a);
-  sin_f = SAT(MUL(sin_s, cos_a, 31) + MUL(cos_s, sin_a, 31));
-  cos_f = SAT(MUL(cos_s, cos_a, 31) - MUL(sin_s, sin_a, 31));
+  sin_f = SAT(DROP(RAW(sin_s, cos_a) + RAW(cos_s, sin_a), 31));
 
   /* theta_f'', and what multiplies H = mf df ls in rows s + f and f */
   foot = SAT((WIDE)a[0] + a[1]);
   both = SAT((WIDE)a[0] + foot);
   knee = SAT(2 * MUL(v[0], v[1], 31) + MUL(v[1], v[1], 31));
-  knee = SAT(MUL(cos_a, both, 31) - MUL(sin_a, knee, 31));
+  knee = SAT(DROP(RAW(cos_a, both) - RAW(sin_a, knee), 31));
   ankle = SAT(MUL(v[0], v[0], 31));
-  ankle = SAT(MUL(cos_a, a[0], 31) + MUL(sin_a, ankle, 31));
+  ankle = SAT(DROP(RAW(cos_a, a[0]) + RAW(sin_a, ankle), 31));
 
   parts->inertia_Nm[0] =
-      SAT(MUL(c->shank_inertia, a[0], 25) + MUL(c->foot_inertia, foot, 25) + MUL(c->coupling, knee, 25));
-  parts->inertia_Nm[1] = SAT(MUL(c->foot_inertia, foot, 25) + MUL(c->coupling, ankle, 25));
-  parts->gravity_Nm[0] = SAT(MUL(c->gravity_shank, sin_s, 31) + MUL(c->gravity_foot, sin_f, 31));
+      SAT(DROP(RAW(c->shank_inertia, a[0]) + RAW(c->foot_inertia, foot) + RAW(c->coupling, knee), 25));
+  parts->inertia_Nm[1] = SAT(DROP(RAW(c->foot_inertia, foot) + RAW(c->coupling, ankle), 25));
+  parts->gravity_Nm[0] = SAT(DROP(RAW(c->gravity_shank, sin_s) + RAW(c->gravity_foot, sin_f), 31));
   parts->gravity_Nm[1] = SAT(MUL(c->gravity_foot, sin_f, 31));
-  parts->effects_Nm[0] = SAT(MUL(c->tilt_shank, cos_s, 31) + MUL(c->tilt_foot, cos_f, 31));
-  parts->effects_Nm[1] = SAT(MUL(c->tilt_foot, cos_f, 31));
+  parts->effects_Nm[0] = parts->effects_Nm[1] = 0;
+  if (c->tilted) {
+    cos_f = SAT(DROP(RAW(cos_s, cos_a) - RAW(sin_s, sin_a), 31));
+    parts->effects_Nm[0] = SAT(DROP(RAW(c->tilt_shank, cos_s) + RAW(c->tilt_foot, cos_f), 31));
+    parts->effects_Nm[1] = SAT(MUL(c->tilt_foot, cos_f, 31));
+  }
 }
 
 /* The ankle's rotor in the joint's coordinate: Ima ka (ka q'' + ka' q'^2), the ratio as curve times scale;
@@ -92,15 +96,21 @@ static inline WIDE NAMED(friction_level)(const NAMED(joint) * j, REAL q, REAL sp
 /* Friction that the desired motion meets. slip: Q25 times Q20 to Q30, held in [-1, 1]: it fades around standstill.
  * A load that the motor drives and one that drives it differ by the odd part: |load| slip and load |slip|. */
 static inline REAL NAMED(friction)(const NAMED(joint) * j, REAL q, REAL v, REAL load, uint32_t *saturated) {
-  REAL slip = NAMED(between)(MUL(v, j->friction_gain, 15), -UNIT_Q30, UNIT_Q30);
-  REAL speed = SIZE(v, saturated), sliding = SIZE(slip, saturated), level, bias;
+  REAL slip = NAMED(between)(HOLD(MUL(v, j->friction_gain, 15)), -UNIT_Q30, UNIT_Q30);
+  REAL speed = SIZE(v, saturated), level, bias;
+  WIDE dry = j->dry_Nm, sliding, viscous = RAW(j->viscous, v);
 
   UNUSED(saturated);
-  level = SAT(j->dry_Nm + NAMED(friction_level)(j, q, speed, saturated) +
-              MUL(j->load_even, SIZE(load, saturated), 30));
-  bias = SAT(j->asymmetry_Nm + MUL(j->load_odd, load, 30));
-  return SAT(MUL(slip, level, 30) + MUL(sliding, bias, 30) + MUL(j->viscous, v, 27) +
-             MUL(j->viscous_asymmetry, speed, 27));
+  dry += NAMED(friction_level)(j, q, speed, saturated);
+  if (j->uses & TL_CONTROLLER_USES_LOAD) dry += MUL(j->load_even, SIZE(load, saturated), 30);
+  level = SAT(dry);
+  sliding = RAW(slip, level);
+  if (j->uses & (TL_CONTROLLER_USES_LOAD | TL_CONTROLLER_USES_ASYMMETRY)) {
+    bias = SAT(j->asymmetry_Nm + MUL(j->load_odd, load, 30));
+    sliding += RAW(SIZE(slip, saturated), bias);
+    viscous += RAW(j->viscous_asymmetry, speed);
+  }
+  return SAT(DROP(sliding, 30) + DROP(viscous, 27));
 }
 
 /* Motor torque of one joint. Sum over the ratio: Q21 times Q31 to Q21, then times Q31 to Q26. */
@@ -135,60 +145,56 @@ static inline void NAMED(law)(const NAMED(controller) * c, const NAMED(frame) * 
 
 /* ---- frames --------------------------------------------------------------------- */
 
-/* NaN compares false; & instead of && so that every frame takes the same time */
-static inline int NAMED(is_possible)(const NAMED(controller) * c, const NAMED(frame) * f) {
-  int joint, yes = 1;
+/* Bits instead of && so that every frame takes the same time. */
+static inline int32_t NAMED(is_possible)(const NAMED(controller) * c, const NAMED(frame) * f) {
+  uint32_t excess = 0;
+  int joint;
 
   for (joint = 0; joint < TL_CONTROLLER_JOINTS; joint++) {
     const NAMED(joint) *j = &c->joint[joint];
-    REAL v = f->speed_rad_s[joint], a = f->acceleration[joint], most = j->acceleration_limit;
 
-    yes &= (f->angle_rad[joint] >= (WIDE)j->low_rad - j->angle_slack_rad) &
-           (f->angle_rad[joint] <= (WIDE)j->high_rad + j->angle_slack_rad) &
-           (v >= -(WIDE)j->speed_limit_rad_s) & (v <= j->speed_limit_rad_s) & (a >= -(WIDE)most) &
-           (a <= most);
+    excess |= EXCESS_APART(f->angle_rad[joint], j->middle_rad, j->reach_rad);
+    excess |= EXCESS(f->speed_rad_s[joint], j->speed_limit_rad_s);
+    excess |= EXCESS(f->acceleration[joint], j->acceleration_limit);
   }
-  return yes;
+  return !(excess >> 31);
 }
 
-/* can the joint have got there since the last frame, `ticks` ago? In fixed point ticks <= stale_ticks + 1 < 2^7. */
-static inline int NAMED(is_near)(const NAMED(controller) * c, const NAMED(frame) * f,
-                                 const NAMED(frame) * last, int32_t ticks) {
-  int joint, yes = 1;
+/* can the joint have got there since the last frame, `ticks` ago? In fixed point the sums are held. */
+static inline int32_t NAMED(is_near)(const NAMED(controller) * c, const NAMED(frame) * f,
+                                     const NAMED(frame) * last, int32_t ticks) {
+  uint32_t excess = 0;
+  int joint;
 
   for (joint = 0; joint < TL_CONTROLLER_JOINTS; joint++) {
     const NAMED(joint) *j = &c->joint[joint];
-    WIDE moved = (WIDE)f->angle_rad[joint] - last->angle_rad[joint];
-    WIDE faster = (WIDE)f->speed_rad_s[joint] - last->speed_rad_s[joint];
-    WIDE way = (WIDE)j->angle_step_rad * (WIDE)ticks + j->angle_slack_rad;
-    WIDE gain = (WIDE)j->speed_step_rad_s * (WIDE)ticks;
+    REAL way = HOLD((WIDE)j->angle_step_rad * (WIDE)ticks + j->angle_slack_rad);
+    REAL gain = HOLD((WIDE)j->speed_step_rad_s * (WIDE)ticks);
 
-    yes &= (moved <= way) & (moved >= -way) & (faster <= gain) & (faster >= -gain);
+    excess |= EXCESS_APART(f->angle_rad[joint], last->angle_rad[joint], way);
+    excess |= EXCESS_APART(f->speed_rad_s[joint], last->speed_rad_s[joint], gain);
   }
-  return yes;
-}
-
-static inline REAL NAMED(choose)(int32_t yes, REAL a, REAL b) {
-  return yes ? a : b;
+  return !(excess >> 31);
 }
 
 /* Takes a frame where it is good. Returns 1 then; 2 where it is good only because nothing is driven that could jump. */
 static inline int32_t NAMED(take)(const NAMED(controller) * c, const NAMED(frame) * f, NAMED(frame) * last,
                                   int32_t *age, int32_t idle, int32_t begun, uint32_t *status) {
-  int32_t older = *age <= c->stale_ticks ? *age + 1 : *age, joint, good;
+  int32_t older = *age <= c->stale_ticks ? *age + 1 : *age, good;
   int32_t ticks = older <= c->stale_ticks + 1 ? older : c->stale_ticks + 1;
   int32_t fresh = (f->count - last->count - 1U < 0x7fffffffU) | !begun;
   int32_t possible = NAMED(is_possible)(c, f), near = NAMED(is_near)(c, f, last, ticks);
+  const NAMED(frame) * from;
+  uint32_t count;
 
   good = fresh & possible & (near | idle);
-  *status |= (uint32_t)(fresh & !possible) * TL_CONTROLLER_IMPOSSIBLE;
-  *status |= (uint32_t)(fresh & possible & !near & !idle) * TL_CONTROLLER_JUMP;
-  for (joint = 0; joint < TL_CONTROLLER_JOINTS; joint++) {
-    last->angle_rad[joint] = NAMED(choose)(good, f->angle_rad[joint], last->angle_rad[joint]);
-    last->speed_rad_s[joint] = NAMED(choose)(good, f->speed_rad_s[joint], last->speed_rad_s[joint]);
-    last->acceleration[joint] = NAMED(choose)(good, f->acceleration[joint], last->acceleration[joint]);
-  }
-  last->count = fresh ? f->count : last->count;
+  if (fresh & !possible) *status |= TL_CONTROLLER_IMPOSSIBLE;
+  if (fresh & possible & !near & !idle) *status |= TL_CONTROLLER_JUMP;
+  /* copied in either case: the same time for both */
+  from = good ? f : last;
+  count = fresh ? f->count : last->count;
+  *last = *from;
+  last->count = count;
   *age = good ? 0 : older;
   return good << !near;
 }
@@ -196,7 +202,7 @@ static inline int32_t NAMED(take)(const NAMED(controller) * c, const NAMED(frame
 /* a motor that turns moves its angle: the frames in which it did not, while the speed is not small */
 static inline int32_t NAMED(count_still)(const NAMED(joint) * j, int32_t still, REAL before, REAL angle,
                                          REAL speed, int32_t good, int32_t most) {
-  int32_t stands = (before == angle) & ((speed >= j->frozen_rad_s) | (speed <= -(WIDE)j->frozen_rad_s));
+  int32_t stands = (before == angle) & (int32_t)(EXCESS(speed, j->frozen_rad_s) >> 31);
   int32_t more = still < most ? still + 1 : still;
 
   return good ? (stands ? more : 0) : still;
@@ -223,19 +229,22 @@ static inline int32_t NAMED(receive)(const NAMED(controller) * c, NAMED(state) *
  * again after recover_ticks good frames. */
 static inline REAL NAMED(level)(const NAMED(controller) * c, NAMED(state) * s, int32_t enable, int32_t good,
                                 uint32_t *status) {
-  uint32_t bad =
-      (uint32_t)(s->desired_age > c->stale_ticks) * TL_CONTROLLER_STALE_DESIRED |
-      (uint32_t)(s->measured_age > c->stale_ticks) * TL_CONTROLLER_STALE_MEASURED |
-      (uint32_t)((s->still[0] > c->stale_ticks) | (s->still[1] > c->stale_ticks)) * TL_CONTROLLER_FROZEN |
-      (uint32_t)(enable == 0) * TL_CONTROLLER_STOPPED;
-  int32_t more = s->good < c->recover_ticks ? s->good + 1 : s->good, rises;
+  int32_t more = s->good < c->recover_ticks ? s->good + 1 : s->good, change = 0;
+  uint32_t bad = 0;
 
-  s->good = bad | !good ? 0 : more;
-  rises = (s->good >= c->recover_ticks) & (s->level < c->decay_ticks);
-  s->level += bad ? -(s->level > 0) : rises;
-  *status |= bad | (uint32_t)((bad != 0) & (s->level > 0)) * TL_CONTROLLER_DECAYING |
-             (uint32_t)(s->level == 0) * TL_CONTROLLER_ZERO;
-  return s->level < c->decay_ticks ? NAMED(between)((WIDE)s->level * c->per_level, 0, UNIT_Q30) : UNIT_Q30;
+  if (s->desired_age > c->stale_ticks) bad |= TL_CONTROLLER_STALE_DESIRED;
+  if (s->measured_age > c->stale_ticks) bad |= TL_CONTROLLER_STALE_MEASURED;
+  if ((s->still[0] > c->stale_ticks) | (s->still[1] > c->stale_ticks)) bad |= TL_CONTROLLER_FROZEN;
+  if (!enable) bad |= TL_CONTROLLER_STOPPED;
+  s->good = ((bad != 0) | (good == 0)) ? 0 : more;
+  if ((s->good >= c->recover_ticks) & (s->level < c->decay_ticks)) change = 1;
+  if (bad) change = -(s->level > 0);
+  s->level += change;
+  if ((bad != 0) & (s->level > 0)) bad |= TL_CONTROLLER_DECAYING;
+  if (s->level == 0) bad |= TL_CONTROLLER_ZERO;
+  *status |= bad;
+  return s->level < c->decay_ticks ? NAMED(between)(HOLD((WIDE)s->level * c->per_level), 0, UNIT_Q30)
+                                   : UNIT_Q30;
 }
 
 /* ---- limits --------------------------------------------------------------------- */
@@ -251,16 +260,17 @@ static inline REAL NAMED(power_limit)(const NAMED(joint) * j, REAL v, uint32_t *
     line = j->power_Nm[i] - MUL(j->power_slope[i], speed, 22);
     most = line > most ? line : most;
   }
-  return NAMED(between)(most, 0, j->torque_limit_Nm);
+  return NAMED(between)(HOLD(most), 0, j->torque_limit_Nm);
 }
 
 /* 1 far from the limit that this torque pushes towards, 0 at it and beyond: Q29 times Q22 to Q30 */
 static inline REAL NAMED(room)(const NAMED(joint) * j, REAL torque, REAL q) {
   int32_t up = (torque > 0) == (j->side > 0);
   WIDE way = up ? (WIDE)j->high_rad - q : (WIDE)q - j->low_rad;
-  REAL left = NAMED(between)(way, 0, UNIT_Q30); /* 2 rad in Q29, 1 rad in floating point: no fade is longer */
+  REAL left =
+      NAMED(between)(HOLD(way), 0, UNIT_Q30); /* 2 rad in Q29, 1 rad in floating point: no fade is longer */
 
-  return NAMED(between)(MUL(left, j->fade_gain, 21), 0, UNIT_Q30);
+  return NAMED(between)(HOLD(MUL(left, j->fade_gain, 21)), 0, UNIT_Q30);
 }
 
 /* The torque that goes out: torque limit, room, level, then rate and last power: what was sent a tick ago was within the
@@ -273,24 +283,26 @@ static inline REAL NAMED(limited)(const NAMED(joint) * j, REAL torque, REAL befo
 
   UNUSED(saturated);
   fades = NAMED(room)(j, held, q);
-  asked = SAT(MUL(SAT(MUL(held, fades, 30)), level, 30));
+  /* fades and level are within 1: nothing to hold */
+  asked = (REAL)MUL((REAL)MUL(held, fades, 30), level, 30);
   rate = NAMED(between)(asked, SAT((WIDE)before - j->rate_Nm), SAT((WIDE)before + j->rate_Nm));
   most = NAMED(power_limit)(j, v, saturated);
   power = NAMED(between)(rate, -most, most);
-  *status |= (uint32_t)(held != torque) * TL_CONTROLLER_TORQUE_LIMIT |
-             (uint32_t)(fades < UNIT_Q30) * TL_CONTROLLER_JOINT_LIMIT |
-             (uint32_t)(rate != asked) * TL_CONTROLLER_RATE_LIMIT |
-             (uint32_t)(power != rate) * TL_CONTROLLER_POWER_LIMIT;
+  if (held != torque) *status |= TL_CONTROLLER_TORQUE_LIMIT;
+  if (fades < UNIT_Q30) *status |= TL_CONTROLLER_JOINT_LIMIT;
+  if (rate != asked) *status |= TL_CONTROLLER_RATE_LIMIT;
+  if (power != rate) *status |= TL_CONTROLLER_POWER_LIMIT;
   return power;
 }
 
 /* The current whose measurement goes with this torque: Q26 times Q20 to Q20. An offset of the measurement fades with the
  * level, so that zero is zero. */
 static inline REAL NAMED(current)(const NAMED(joint) * j, REAL torque, REAL level, uint32_t *saturated) {
-  WIDE shown = torque + MUL(j->offset_Nm, level, 30);
+  WIDE shown = torque;
   REAL slope, hidden;
 
   UNUSED(saturated);
+  if (j->uses & TL_CONTROLLER_USES_OFFSET) shown += MUL(j->offset_Nm, level, 30);
   if (j->droop.n) {
     hidden = NAMED(curve_at)(&j->droop, SIZE(torque, saturated), &slope, saturated);
     shown += MUL(torque < 0 ? SAT(-(WIDE)hidden) : hidden, j->droop_scale, 31);

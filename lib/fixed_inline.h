@@ -1,7 +1,8 @@
 /* fixed_inline.h: fixed-point operations for hot loops; talus/fixed.h has the same as functions.
  *
  * Notation: [a, b] is the range of a value. Every routine is defined for all its arguments; where an argument's
- * range is less than its type's, the caller's line says why. No routine branches on its data. Eva (tests/proof)
+ * range is less than its type's, the caller's line says why. Only what is
+ * out of range takes another path. Eva (tests/proof)
  * shows of all of them that nothing overflows and that no shift is undefined.
  */
 #ifndef TALUS_FIXED_INLINE_H
@@ -9,18 +10,33 @@
 
 #include <stdint.h>
 
-/* Any int64. Both comparisons bring it into [-2^31, 2^31 - 1], so the conversion keeps its value. */
+/* Any int64. It fits where its high word is its low word's sign; the low word is then the value (conversion modulo 2^32,
+ * as every compiler for these machines does). Else the end on the side of its sign. */
 static inline int32_t tl_saturate(int64_t wide, uint32_t *saturated) {
-  int64_t low = wide < INT32_MIN ? INT32_MIN : wide, held = low > INT32_MAX ? INT32_MAX : low;
+  uint32_t low = (uint32_t)((uint64_t)wide), high = (uint32_t)((uint64_t)wide >> 32);
+  int32_t held = (int32_t)low;
 
-  *saturated |= (uint32_t)(held != wide);
-  return (int32_t)held;
+  if (high != 0U - (low >> 31)) {
+    held = wide < 0 ? INT32_MIN : INT32_MAX;
+    *saturated = 1;
+  }
+  return held;
+}
+
+/* wide / 2^drop, rounded, drop 1..62, |wide| < 2^63 - 2^61. */
+static inline int64_t tl_drop(int64_t wide, int drop) {
+  return (wide + ((int64_t)1 << (drop - 1))) >> drop;
+}
+
+/* The top bit is set where |x| > limit, limit >= 0: |x| is in [0, 2^31] and limit - |x| in [-2^31, 2^31 - 1]. */
+static inline uint32_t tl_excess(uint32_t x, int32_t limit) {
+  return (uint32_t)limit - (x >> 31 ? 0U - x : x);
 }
 
 /* a b / 2^drop, rounded. |a b| <= 2^62; half of 2^drop is at most 2^61, so the sum is below 2^63.
  * Result: |.| <= 2^(62 - drop) + 1. */
 static inline int64_t tl_product(int32_t a, int32_t b, int drop) {
-  return ((int64_t)a * b + ((int64_t)1 << (drop - 1))) >> drop;
+  return tl_drop((int64_t)a * b, drop);
 }
 
 /* sin(pi/2 r) / r and (1 - cos(pi/2 r)) / r^2 in z = r^2, [0, 1/4], Q30: Chebyshev interpolation, errors 6.8e-12

@@ -8,9 +8,16 @@
 #define WIDE double            /* a sum of products */
 #define NAMED(name) name##_f64 /* tl_curve_at: tl_curve_at_f64 */
 #define MUL(a, b, drop) ((a) * (b))
+#define RAW(a, b) ((a) * (b))
+#define DROP(wide, drop) (wide)
 #define SAT(wide) (wide)
+#define HOLD(wide) (wide)
 #define UNIT_Q30 1.0
 #define UNIT_Q31 1.0
+
+/* the top bit is set where |x| > limit, or x is NaN */
+#define EXCESS(x, limit) ((uint32_t) !((x) <= (limit) && -(x) <= (limit)) << 31)
+#define EXCESS_APART(a, b, limit) EXCESS((a) - (b), limit)
 
 /* how many whole knots x lies behind the first, and the part u in [0, 1] of the next step; NaN: the first knot */
 #define TL_CURVE_LOCATE(c, x, i, u)                                                                          \

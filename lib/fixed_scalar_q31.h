@@ -5,10 +5,23 @@
 #include "fixed_inline.h"
 
 #define REAL int32_t
-#define WIDE int64_t /* a sum of products: each is below 2^(62 - drop), drop >= 15, so 2^15 of them fit */
+#define WIDE int64_t           /* a sum of products; controller_template.h counts its bits */
 #define NAMED(name) name##_q31 /* tl_curve_at: tl_curve_at_q31 */
 #define MUL(a, b, drop) tl_product((a), (b), (drop))
+#define RAW(a, b) ((int64_t)(a) * (b))
+#define DROP(wide, drop) tl_drop((wide), (drop))
 #define SAT(wide) tl_saturate((wide), saturated)
+/* held, and no fault */
+static inline int32_t tl_hold(int64_t wide) {
+  uint32_t saturated = 0;
+
+  return tl_saturate(wide, &saturated);
+}
+#define HOLD(wide) tl_hold(wide)
+/* the top bit is set where |x| > limit. Of a difference modulo 2^32: where both are within 2^31 - limit / 2, it is the
+ * difference wherever that is within limit */
+#define EXCESS(x, limit) tl_excess((uint32_t)(x), (limit))
+#define EXCESS_APART(a, b, limit) tl_excess((uint32_t)(a) - (uint32_t)(b), (limit))
 #define UNIT_Q30 ((int32_t)1 << 30)
 #define UNIT_Q31 INT32_MAX
 

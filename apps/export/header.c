@@ -96,8 +96,8 @@ static void put_knots(struct output *out, enum scalar kind, const char *name, co
   output_text(out, "};\n");
 }
 
-static void put_joint(struct output *out, enum scalar kind, const char *name, const void *joint, int32_t side,
-                      int *first) {
+static void put_joint(struct output *out, enum scalar kind, const char *name, const void *joint,
+                      const tl_controller_joint_f64 *like, int *first) {
   int n, i;
   const tl_controller_field *f = tl_controller_curves(&n);
 
@@ -106,7 +106,7 @@ static void put_joint(struct output *out, enum scalar kind, const char *name, co
     *first += put_curve(out, kind, name, (const char *)joint + place(&f[i], kind), f[i].name, *first);
   f = tl_controller_joint_fields(&n);
   put_fields(out, kind, joint, f, n, "         ");
-  output_printf(out, "         .side = %" PRId32 "},\n", side);
+  output_printf(out, "         .uses = %" PRId32 ", .side = %" PRId32 "},\n", like->uses, like->side);
 }
 
 /* the struct of one scalar: `c` and where its joints are */
@@ -118,11 +118,12 @@ static void put_controller(struct output *out, enum scalar kind, const struct he
   output_printf(out, "static const tl_controller_%s %s_%s = {\n    .joint = {\n", suffix[kind], p->name,
                 suffix[kind]);
   for (j = 0; j < TL_CONTROLLER_JOINTS; j++)
-    put_joint(out, kind, p->name, joint[j], p->f64.joint[j].side, &first);
+    put_joint(out, kind, p->name, joint[j], &p->f64.joint[j], &first);
   output_text(out, "    },\n");
   put_fields(out, kind, c, f, n, "    ");
-  output_printf(out, "    .stale_ticks = %d, .decay_ticks = %d, .recover_ticks = %d,\n};\n\n",
-                (int)p->f64.stale_ticks, (int)p->f64.decay_ticks, (int)p->f64.recover_ticks);
+  output_printf(out, "    .tilted = %d, .stale_ticks = %d, .decay_ticks = %d, .recover_ticks = %d,\n};\n\n",
+                (int)p->f64.tilted, (int)p->f64.stale_ticks, (int)p->f64.decay_ticks,
+                (int)p->f64.recover_ticks);
 }
 
 static void put_limits(struct output *out, const struct header_parts *p) {

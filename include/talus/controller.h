@@ -55,6 +55,9 @@ enum {
   TL_CONTROLLER_SATURATED = 4096 /* a fixed-point number was held at its range's end */
 };
 
+/* What a joint's friction and current are made of beside the plain model, bits of `uses`. */
+enum { TL_CONTROLLER_USES_LOAD = 1, TL_CONTROLLER_USES_ASYMMETRY = 2, TL_CONTROLLER_USES_OFFSET = 4 };
+
 /* The types of one scalar; NAME stands for f64, f32 or q31. Bounds that fixed point needs are those of the formats.
  *
  * tl_controller_joint: a joint's numbers. Angles [rad], speeds [rad/s], torques at the joint unless "motor" says so.
@@ -80,12 +83,14 @@ enum {
     REAL power_Nm[TL_POWER_LINES];              /* of the motor, Q26 */                                      \
     REAL power_slope[TL_POWER_LINES];           /* Q23 */                                                    \
     REAL low_rad, high_rad, fade_gain;          /* Q29; 1 / rad, Q22 */                                      \
+    REAL middle_rad, reach_rad;                 /* frames are within reach of the middle, Q29 */             \
     REAL speed_limit_rad_s, acceleration_limit; /* Q25, Q19 */                                               \
     REAL angle_step_rad, angle_slack_rad;       /* a frame may differ by step per tick and slack, Q29 */     \
     REAL speed_step_rad_s;                      /* Q25 */                                                    \
     REAL frozen_rad_s;                          /* Q25 */                                                    \
     REAL amperes_per_Nm, offset_Nm;             /* of the motor, Q20, Q26 */                                 \
     REAL droop_scale;                           /* Q26 */                                                    \
+    int32_t uses;                               /* TL_CONTROLLER_USES_... */                                 \
     int32_t side;                                                                                            \
   } tl_controller_joint_##NAME;                                                                              \
                                                                                                              \
@@ -94,6 +99,7 @@ enum {
     REAL shank_inertia, foot_inertia, coupling, rotor; /* kg m^2, Q27 */                                     \
     REAL gravity_shank, gravity_foot;                  /* of sin, N m, Q21 */                                \
     REAL tilt_shank, tilt_foot;                        /* of cos, N m, Q21 */                                \
+    int32_t tilted;                                    /* 1: tilt is not 0 */                                \
     REAL per_level;                                    /* 1 / decay_ticks, Q30 */                            \
     int32_t stale_ticks, decay_ticks, recover_ticks;                                                         \
   } tl_controller_##NAME;                                                                                    \
