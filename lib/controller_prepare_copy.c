@@ -185,6 +185,23 @@ static int sums_fit(const tl_controller_f64 *c) {
   return 1;
 }
 
+/* controller_template.h adds up their products: 2 bits to spare */
+static int has_room(const tl_controller_q31 *c) {
+  const int32_t most = (int32_t)1 << 29;
+  size_t i;
+  int j;
+
+  for (i = 0; i < COUNT(leg_field); i++) {
+    int32_t x = *(const int32_t *)(const void *)((const char *)c + leg_field[i].q31);
+    if (x > most || x < -most) return 0;
+  }
+  for (j = 0; j < TL_CONTROLLER_JOINTS; j++) {
+    int32_t asymmetry = c->joint[j].viscous_asymmetry;
+    if (c->joint[j].viscous > most || asymmetry > most || asymmetry < -most) return 0;
+  }
+  return 1;
+}
+
 tl_status tl_controller_to_q31(const tl_controller_f64 *c, tl_curve_knot_q31 *knot, tl_controller_q31 *out) {
   tl_controller_q31 made;
   uint32_t saturated = 0;
@@ -204,7 +221,7 @@ tl_status tl_controller_to_q31(const tl_controller_f64 *c, tl_curve_knot_q31 *kn
     made.joint[j].side = c->joint[j].side;
     made.joint[j].uses = c->joint[j].uses;
   }
-  if (saturated || !sums_fit(c)) return TL_ERR_RANGE;
+  if (saturated || !sums_fit(c) || !has_room(&made)) return TL_ERR_RANGE;
   *out = made;
   return TL_OK;
 }

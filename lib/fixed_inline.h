@@ -65,13 +65,15 @@ static inline int32_t tl_horner(int32_t c, int32_t z, int32_t p) {
  * 4. Horner: every partial sum is below 1.5708 in Q30 < 2^30.7, and what is added is at most a quarter of one.
  * 5. sine = r p: |r| <= 2^30 in Q31 and p <= 1.5708 give at most 0.7854, and by the series 0.7072: below 2^31.
  *    cosine = 1 - z p: z p in [0, 0.2929] in Q31; 2^31 - 1 stands for 1, so the cosine is in [0.7071, 1 - 2^-31].
- * 6. the quadrant exchanges and negates by masks; neither value is -2^31, so negation stays in range.
+ * 6. the quadrant exchanges and negates; neither value is -2^31, so negation stays in range.
  * Error: 2/pi rounded 2^-33 times |x| <= 4: 7.3e-10 rad; r rounded 3.7e-10 rad; products and sums 4.7e-10. */
 static inline void tl_sincos_fixed(int32_t angle_q29, int32_t *sine, int32_t *cosine) {
   int64_t quarters = (int64_t)angle_q29 * TL_FIXED_2_PI;
   int32_t turn = (int32_t)((quarters + ((int64_t)1 << 59)) >> 60);
-  int32_t r = (int32_t)((quarters - (int64_t)turn * ((int64_t)1 << 60) + ((int64_t)1 << 28)) >> 29);
-  int32_t z = (int32_t)tl_product(r, r, 30), p, s, c, exchange, negate_s, negate_c;
+  /* the lowest 60 bits of quarters + 1/2, less 1/2 */
+  int64_t rest =
+      (int64_t)((uint64_t)(quarters + ((int64_t)1 << 59)) & (((uint64_t)1 << 60) - 1)) - ((int64_t)1 << 59);
+  int32_t r = (int32_t)tl_drop(rest, 29), z = (int32_t)tl_drop((int64_t)r * r, 30), p, s, c;
 
   p = tl_horner(TL_FIXED_SIN_3, z, TL_FIXED_SIN_4);
   p = tl_horner(TL_FIXED_SIN_2, z, p);
@@ -84,11 +86,10 @@ static inline void tl_sincos_fixed(int32_t angle_q29, int32_t *sine, int32_t *co
   p = tl_horner(TL_FIXED_COS_0, z, p);
   c = INT32_MAX - (int32_t)tl_product(z, p, 31);
 
-  exchange = (s ^ c) & -(turn & 1);
-  negate_s = -((turn >> 1) & 1);
-  negate_c = -(((turn + 1) >> 1) & 1);
-  *sine = ((s ^ exchange) ^ negate_s) - negate_s;
-  *cosine = ((c ^ exchange) ^ negate_c) - negate_c;
+  *sine = turn & 1 ? c : s;
+  *cosine = turn & 1 ? s : c;
+  *sine = turn & 2 ? -*sine : *sine;
+  *cosine = (turn + 1) & 2 ? -*cosine : *cosine;
 }
 
 #endif
