@@ -300,7 +300,7 @@ $(BUILD)/python/talus_macros.h: $(BUILD)/python/talus_cdef.h
 
 # ---- check, show, measure ---------------------------------------------------
 
-.PHONY: deps check check-san check-long test test-san test-long rig test-rig lint demo paper blind bench
+.PHONY: deps check check-san check-long check-coverage cover check-arch test test-san test-long rig test-rig lint demo paper blind bench
 # What a goal needs is installed first; then make starts anew, because what this
 # run found out about compilers and packages may no longer be true.
 again = +$(Q)$(MAKE) --no-print-directory $(if $(findstring jobserver,$(MAKEFLAGS)),,-j$(JOBS))
@@ -336,6 +336,22 @@ rig:
 test-rig: all test-programs
 	$(Q)PYTHON='$(PYTHON)' TALUS_BUILD='$(abspath $(BUILD))' tools/rig/run can $(PYTEST_FLAGS)
 	$(Q)PYTHON='$(PYTHON)' TALUS_BUILD='$(abspath $(BUILD))' tools/rig/run gpio $(PYTEST_FLAGS)
+
+# Which branches of the controller and of the fixed-point routines its tests take.
+CONTROLLER_TESTS := tests/test_controller.py tests/test_fixed.py tests/test_curve.py
+check-coverage:
+	@tools/setup check
+	$(again) BUILD=$(BUILD)/coverage CFLAGS='-O0 -g --coverage' cover
+
+cover: library python-side programs test-programs
+	$(Q)find $(BUILD) -name '*.gcda' -delete
+	$(Q)$(run_env) $(PYTHON) -m pytest -q -m 'not long and not rig' $(CONTROLLER_TESTS)
+	$(Q)tools/coverage $(BUILD)
+
+# One hash over the library's results on other machines, compilers and C libraries.
+check-arch:
+	@tools/setup long
+	$(Q)tools/check-arch $(BUILD)/arch
 
 # Everything again under the address and undefined-behaviour sanitizers, in a
 # build folder of its own. Python is not built with them, so it gets their

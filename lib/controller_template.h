@@ -327,7 +327,7 @@ static inline void NAMED(tick)(const NAMED(controller) * c, NAMED(state) * s, co
     out->torque_Nm[joint] = s->torque_Nm[joint];
     out->current_A[joint] = NAMED(current)(j, s->torque_Nm[joint], level, &saturated);
   }
-  out->status = status | (saturated ? TL_CONTROLLER_SATURATED : 0);
+  out->status = status | saturated * TL_CONTROLLER_SATURATED; /* 0 or 1 of it */
 }
 
 static inline void NAMED(start)(const NAMED(state) * zero, NAMED(state) * s) {

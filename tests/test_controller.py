@@ -20,11 +20,16 @@ EFFECTS = """effects:
   - {effect: parallel_spring, joint: knee, parameters: {stiffness_Nm_rad: 3, stiffening_Nm_rad3: 1, preload_Nm: 0.1}}
   - {effect: gravity_tilt, joint: base, parameters: {tilt_rad: 0.03}}
 """
+DRIVES = """effects:
+  - {effect: torque_saturation, joint: ankle, parameters: {droop_1_Nm: 0.05, exponent: 1}}
+  - {effect: current_offset, joint: ankle, parameters: {torque_Nm: 0.01}}
+"""
+SCREW = "{type: screw_linkage, lead_m: 0.002, AB_m: 0.090, BO_m: 0.040, AC_m: 0.035, BOF_deg: 84.75}"
 
 
-def model_file(folder, effects=""):
+def model_file(folder, effects="", ankle=SCREW):
     path = folder / "model.yaml"
-    path.write_text((REPOSITORY / "models/leg.yaml").read_text() + effects)
+    path.write_text((REPOSITORY / "models/leg.yaml").read_text().replace(SCREW, ankle) + effects)
     return path
 
 
@@ -226,8 +231,45 @@ def test_no_limit_cycle_at_standstill_with_less_friction_than_the_model():
     assert max(speed) <= 1e-3
 
 
-def test_fault_sequences(tmp_path):
+EVERY = sum(1 << k for k in range(12))  # of the status, but for SATURATED
+FIXED = "{type: fixed, ratio: -60}"
+
+
+@pytest.mark.parametrize(("effects", "ankle", "sequences", "current_A"), [
+    ("", SCREW, 4_000, 20), ("", SCREW, 3_000, 3), (EFFECTS, SCREW, 1_000, 20), (DRIVES, SCREW, 1_000, 5), ("", FIXED, 1_000, 20),
+])  # fmt: skip
+def test_fault_sequences(tmp_path, effects, ankle, sequences, current_A):
     """Torque, rate, power, current and decay over random faults in all scalars: tests/programs/controller_faults.c."""
-    played = run_program("controller_faults", model_file(tmp_path), 10_000, 1)
-    assert all(int(n) > 1000 for n in played.values()) and len(played) == 12
-    run_program("controller_faults", model_file(tmp_path, EFFECTS), 2_000, 2)
+    played = run_program("controller_faults", model_file(tmp_path, effects, ankle), sequences, 1, current_A)
+    seen = int(played.pop("seen"))
+    assert all(int(n) > sequences / 3 for n in played.values()) and len(played) == 13
+    unseen = {20: lib.TL_CONTROLLER_TORQUE_LIMIT, 3: lib.TL_CONTROLLER_POWER_LIMIT}  # too strong a drive, too weak a one
+    if not effects and ankle == SCREW:
+        assert seen | unseen[current_A] == EVERY, f"{seen:b}"
+
+
+def test_saturation_is_flagged():
+    """A struct that no model gives: gravity and friction at the format's end."""
+    c, *_keep = prepared()
+    q, knot = ffi.new("tl_controller_q31 *"), ffi.new("tl_curve_knot_q31[]", KNOTS)
+    assert lib.tl_controller_to_q31(c, knot, q) == lib.TL_OK
+    state, out = ffi.new("tl_controller_state_q31 *"), ffi.new("tl_controller_output_q31 *")
+    lib.tl_controller_start_q31(state)
+    frame = {"angle_rad": (2**29, 0), "speed_rad_s": (2**25, 0), "count": 1}
+    lib.tl_controller_tick_q31(q, state, ffi.new("tl_controller_input_q31 *", (frame, frame, 1)), out)
+    assert not out.status & lib.TL_CONTROLLER_SATURATED
+    q.joint[0].dry_Nm = q.gravity_shank = 2**31 - 1
+    lib.tl_controller_tick_q31(q, state, ffi.new("tl_controller_input_q31 *", (frame, frame, 1)), out)
+    assert out.status & lib.TL_CONTROLLER_SATURATED and out.torque_Nm[0] == 0
+
+
+def test_currents_hold_what_droop_and_offset_hide(tmp_path):
+    """A current is the torque, its offset and its droop over the constant; the limit keeps room for both."""
+    offset, droop = ("current_offset", 0), ("torque_saturation", 0)
+    loop = Loop(effects=[offset, droop])
+    out = loop.warm(q=(1.0, 0.0))
+    effect = lib.tl_effect_typical(lib.tl_effect_find(b"torque_saturation"), 0)
+    now, torque, friction = ffi.new("tl_effect_instant *", {"motor_Nm": out.torque_Nm[0], "ratio": 1.0}), ffi.new("double *"), ffi.new("double *")
+    lib.tl_effect_law(ffi.new("tl_effect *", effect), now, torque, friction)
+    assert out.current_A[0] * 0.1031 == pytest.approx(out.torque_Nm[0] + 0.01 + torque[0], abs=1e-6)
+    assert loop.c.joint[0].torque_limit_Nm < 20 * 0.1031

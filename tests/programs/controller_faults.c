@@ -1,11 +1,11 @@
 /* Random fault sequences through the whole tick, in double, float and fixed point at once.
  *
- *     controller_faults MODEL.yaml SEQUENCES SEED
+ *     controller_faults MODEL.yaml SEQUENCES SEED CURRENT_A
  *
  * A sequence is a motion that the joints can make, whose frames are dropped, late, repeated, swapped, not numbers, jumping
  * or frozen, with the bus down and emergency stops between, and stops approached at speed. After every tick: torque, rate, power and
  * current limits, what float and fixed point tell beside double, and zero torque 20 ms after the last good frame. Prints how
- * often each fault was played, and the first broken rule; exit status 1 then. */
+ * often each fault was played and each bit of the status seen, and the first broken rule; exit status 1 then. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -28,10 +28,12 @@ enum fault {
   BUS_DOWN,
   STOP,
   HUGE_NUMBER,
+  SHAKING,
   FAULTS
 };
-static const char *const fault_name[FAULTS] = {"none",    "dropped", "late",     "repeated", "swapped", "nan",
-                                               "jumping", "frozen",  "bus_down", "stop",     "huge"};
+static const char *const fault_name[FAULTS] = {"none",     "dropped", "late",    "repeated",
+                                               "swapped",  "nan",     "jumping", "frozen",
+                                               "bus_down", "stop",    "huge",    "shaking"};
 
 struct sequence {
   uint64_t seed, number;
@@ -52,6 +54,7 @@ struct run {
   tl_controller_state_f32 f32;
   tl_controller_state_q31 q31;
   unsigned long played[FAULTS], driven; /* ticks whose torque is not zero */
+  uint32_t seen;                        /* bits of the status */
   double ratio[2];                      /* the largest, by a search of its own */
 };
 
@@ -121,7 +124,10 @@ static void spoil(struct sequence *s, tl_controller_frame_f64 *f, const tl_contr
     f->angle_rad[j] = before->angle_rad[j];
     f->speed_rad_s[j] = before->speed_rad_s[j];
     break;
-  case HUGE_NUMBER: f->speed_rad_s[j] = draw(s, -1.0, 1.0) * 1e30; break;
+  case HUGE_NUMBER:
+    *(draw(s, 0.0, 1.0) < 0.5 ? &f->acceleration[j] : &f->speed_rad_s[j]) = draw(s, -1.0, 1.0) * 1e30;
+    break;
+  case SHAKING: f->acceleration[j] = draw(s, -150.0, 150.0); break; /* possible, and no fault */
   case NONE:
   case STOP:
   case FAULTS: break;
@@ -229,6 +235,7 @@ static int tick_all(struct run *r, int tick) {
       return 1;
   }
   r->driven += out.torque_Nm[0] != 0.0;
+  r->seen |= out.status & out_f32.status & out_q31.status;
   if (out_q31.status & TL_CONTROLLER_SATURATED) return broken(&r->s, tick, "fixed", 0, "saturated", 1.0, 0.0);
   return 0;
 }
@@ -239,8 +246,8 @@ int main(int argc, char **argv) {
   uint64_t i, n, seed;
   int tick, f;
 
-  if (argc != 4) return 2;
-  if (trio_read(&r.t, argv[1], 1.0, &error) != 0) return app_exit(&error);
+  if (argc != 5) return 2;
+  if (trio_read(&r.t, argv[1], strtod(argv[4], NULL), &error) != 0) return app_exit(&error);
   search_ratios(&r);
   n = strtoull(argv[2], NULL, 10);
   seed = strtoull(argv[3], NULL, 10);
@@ -250,6 +257,6 @@ int main(int argc, char **argv) {
       if (tick_all(&r, tick)) return 1;
   }
   for (f = 0; f < FAULTS; f++) printf("%s %lu\n", fault_name[f], r.played[f]);
-  printf("driven %lu\n", r.driven);
+  printf("driven %lu\nseen %lu\n", r.driven, (unsigned long)r.seen);
   return 0;
 }

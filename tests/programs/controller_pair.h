@@ -16,14 +16,16 @@ struct trio {
   tl_curve_knot_q31 knot_q31[TL_CONTROLLER_KNOTS];
 };
 
-static inline int trio_read(struct trio *t, const char *path, double share, struct app_error *error) {
+/* friction_share 1, this peak current, and 1.25 times the least rate */
+static inline int trio_read(struct trio *t, const char *path, double current_A, struct app_error *error) {
   int j, refused;
 
   if (model_file_read(path, &t->file, error) != 0) return -1;
   tl_controller_defaults(&t->file.model, &t->settings);
   for (j = 0; j < TL_CONTROLLER_JOINTS; j++) {
-    t->settings.joint[j].friction_share = share;
-    t->settings.joint[j].rate_Nm_s *= 1.1;
+    t->settings.joint[j].friction_share = 1.0;
+    t->settings.joint[j].current_limit_A = current_A;
+    t->settings.joint[j].rate_Nm_s = 1.25 * tl_controller_least_rate(&t->settings, &t->file.model, j);
   }
   if (tl_controller_prepare(&t->f64, &t->file.model, t->file.effect, t->file.effects, &t->settings,
                             t->knot_f64, &refused) != TL_OK)

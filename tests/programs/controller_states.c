@@ -92,7 +92,7 @@ int main(int argc, char **argv) {
   int j;
 
   if (argc != 4) return 2;
-  if (trio_read(&t, argv[1], 1.0, &error) != 0) return app_exit(&error);
+  if (trio_read(&t, argv[1], 20.0, &error) != 0) return app_exit(&error);
   n = strtoull(argv[2], NULL, 10);
   seed = strtoull(argv[3], NULL, 10);
   for (i = 0; i < n; i++) {
