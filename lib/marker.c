@@ -6,7 +6,7 @@
 
 #include "marker_internal.h"
 
-int marker_image_sound(const tl_image *image) {
+int tl_marker_image_sound(const tl_image *image) {
   if (!image || !image->pixel || (image->channels != 3 && image->channels != 4)) return 0;
   if (image->width < 1 || image->height < 1 || image->width > 32767 || image->height > 32767) return 0;
   const size_t row = (size_t)image->width * (size_t)image->channels, rows = (size_t)image->height - 1;
@@ -19,7 +19,7 @@ static int clamped(double x, int high) {
   return x < (double)high ? (int)x : high;
 }
 
-marker_window marker_around(const tl_image *image, double x, double y, double half) {
+marker_window tl_marker_around(const tl_image *image, double x, double y, double half) {
   marker_window window = {clamped(floor(x - half), image->width), clamped(floor(y - half), image->height),
                           clamped(floor(x + half) + 2.0, image->width),
                           clamped(floor(y + half) + 2.0, image->height)};

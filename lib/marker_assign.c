@@ -1,4 +1,4 @@
-/* marker_assign.c: which piece of colour is which marker: all at once, the cheapest of all ways. */
+/* tl_marker_assign.c: which piece of colour is which marker: all at once, the cheapest of all ways. */
 #include <math.h>
 
 #include "marker_internal.h"
@@ -84,7 +84,7 @@ static void try_marker(search *s, int m, int *pick, double cost) {
   try_marker(s, m + 1, pick, cost + MISSING);
 }
 
-void marker_assign(const marker_choice *choice, int *pick) {
+void tl_marker_assign(const marker_choice *choice, int *pick) {
   search s = {.choice = choice, .best = 1e9};
   int trial[TL_MARKER_MAX];
   for (int m = 0; m < choice->setup->markers; m++) list_options(&s, m);

@@ -108,8 +108,8 @@ static int gather(tl_marker_run *run, int used, int step, tl_marker_blob *blob, 
   return blobs;
 }
 
-int marker_blobs(const tl_marker_classes *classes, const tl_image *image, marker_window window, int step,
-                 int only, tl_marker_blob *blob, int capacity, tl_marker_run *run, size_t runs) {
+int tl_marker_blobs(const tl_marker_classes *classes, const tl_image *image, marker_window window, int step,
+                    int only, tl_marker_blob *blob, int capacity, tl_marker_run *run, size_t runs) {
   const int limit = runs > 1000000 ? 1000000 : (int)runs;
   if (capacity < 1 || window.x0 >= window.x1 || window.y0 >= window.y1) return 0;
   const int used = all_runs(classes, image, window, step, only, run, limit);
@@ -118,7 +118,7 @@ int marker_blobs(const tl_marker_classes *classes, const tl_image *image, marker
 
 int tl_marker_find(const tl_marker_classes *classes, const tl_image *image, int step, tl_marker_blob *blob,
                    int capacity, tl_marker_run *run, size_t runs) {
-  if (!classes || !blob || !run || step < 1 || step > 64 || !marker_image_sound(image)) return 0;
+  if (!classes || !blob || !run || step < 1 || step > 64 || !tl_marker_image_sound(image)) return 0;
   const marker_window whole = {0, 0, image->width, image->height};
-  return marker_blobs(classes, image, whole, step, 0, blob, capacity, run, runs);
+  return tl_marker_blobs(classes, image, whole, step, 0, blob, capacity, run, runs);
 }

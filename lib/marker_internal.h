@@ -26,20 +26,21 @@ static inline double marker_distance(double x, double y) {
 }
 
 /* Does every pixel lie within the image's bytes? */
-int marker_image_sound(const tl_image *image);
+int tl_marker_image_sound(const tl_image *image);
 
 /* The window that reaches `half` pixels around a point, cut at the picture's edges; empty where the point is far
  * outside. */
-marker_window marker_around(const tl_image *image, double x, double y, double half);
+marker_window tl_marker_around(const tl_image *image, double x, double y, double half);
 
 /* Connected pieces of one class (0: of each) in a window on a grid; the largest `capacity`, largest first. */
-int marker_blobs(const tl_marker_classes *classes, const tl_image *image, marker_window window, int step,
-                 int only, tl_marker_blob *blob, int capacity, tl_marker_run *run, size_t runs);
+int tl_marker_blobs(const tl_marker_classes *classes, const tl_image *image, marker_window window, int step,
+                    int only, tl_marker_blob *blob, int capacity, tl_marker_run *run, size_t runs);
 
-/* Sub-pixel centre of a piece of colour; `area` is what its whole area should be, 0 when that is unknown. Without
+/* Sub-pixel centre of a piece of colour; `area` is what its whole area should be (0 unknown), and below the share `least` of it
+ * a part is hidden. Without
  * enough contrast the answer's flags are 0. */
-tl_marker_sample marker_measure(const tl_marker_classes *classes, const tl_image *image,
-                                const tl_marker_blob *blob, double area);
+tl_marker_sample tl_marker_measure(const tl_marker_classes *classes, const tl_image *image,
+                                   const tl_marker_blob *blob, double area, double least);
 
 /* Which candidate each marker is, or -1: pick[markers]. */
 typedef struct marker_choice {
@@ -52,6 +53,6 @@ typedef struct marker_choice {
   double t_s;
 } marker_choice;
 
-void marker_assign(const marker_choice *choice, int *pick);
+void tl_marker_assign(const marker_choice *choice, int *pick);
 
 #endif

@@ -1,4 +1,4 @@
-/* marker_measure.c: the sub-pixel centre of one marker, with what its noise and its shape say. */
+/* tl_marker_measure.c: the sub-pixel centre of one marker, with what its noise and its shape say. */
 #include <math.h>
 #include <string.h>
 
@@ -9,7 +9,6 @@
 #define LOW 0.15
 #define HIGH 0.85
 #define MIN_CONTRAST 12.0 /* of chroma, in levels */
-#define MIN_WHOLE 0.96    /* share of the expected area */
 #define MIN_ROUND 0.85    /* least second moment over that of a disc of this area */
 
 typedef struct disc {
@@ -26,7 +25,7 @@ typedef struct sums {
 } sums;
 
 static marker_window window_of(const tl_image *image, const disc *d) {
-  return marker_around(image, d->x, d->y, d->outer);
+  return tl_marker_around(image, d->x, d->y, d->outer);
 }
 
 static double squared(const disc *d, int x, int y) {
@@ -157,11 +156,11 @@ static int flattened(const sums *s) {
   return least * 4.0 * 3.14159265358979 < MIN_ROUND * s->w;
 }
 
-static int shape_flags(const tl_image *image, const disc *d, const sums *s, double area) {
+static int shape_flags(const tl_image *image, const disc *d, const sums *s, double least) {
   const double reach = d->radius + 1.5;
   int flags = TL_MARKER_SEEN;
   if (s->saturated > 0) flags |= TL_MARKER_SATURATED;
-  if (flattened(s) || (area > 0.0 && s->w < MIN_WHOLE * area)) flags |= TL_MARKER_PARTIAL;
+  if (flattened(s) || s->w < least) flags |= TL_MARKER_PARTIAL;
   if (d->x < reach || d->y < reach || d->x > image->width - 1 - reach || d->y > image->height - 1 - reach)
     flags |= TL_MARKER_EDGE;
   return flags;
@@ -191,8 +190,8 @@ static disc disc_of(const tl_marker_blob *blob) {
   return d;
 }
 
-tl_marker_sample marker_measure(const tl_marker_classes *classes, const tl_image *image,
-                                const tl_marker_blob *blob, double area) {
+tl_marker_sample tl_marker_measure(const tl_marker_classes *classes, const tl_image *image,
+                                   const tl_marker_blob *blob, double area, double least) {
   tl_marker_sample out;
   disc d = disc_of(blob);
   sums s;
@@ -200,7 +199,7 @@ tl_marker_sample marker_measure(const tl_marker_classes *classes, const tl_image
   if (!mean_colors(classes, image, blob->class_of, &d) || !set_axis(&d)) return out;
   set_sigma(classes, image, &d);
   if (!centre(image, &d, &s)) return out;
-  out.flags = shape_flags(image, &d, &s, area);
+  out.flags = shape_flags(image, &d, &s, least * area);
   out.x_px = d.x + s.x / s.w;
   out.y_px = d.y + s.y / s.w;
   out.area_px2 = s.w;

@@ -30,8 +30,9 @@ def passers(duration_s, every_s, seed=1, speed_m_s=0.7):
     bars = []
     for begin_s in np.arange(0.8, duration_s - 2.0, every_s):
         side = random.choice((-1, 1))
-        start = (-side * 0.4, -random.uniform(0, SHANK_M + 0.06))
-        bars.append(Passing(begin_s, begin_s + 0.8 / speed_m_s, start, (side * speed_m_s, 0), half_m=random.uniform(0.012, 0.04)))
+        start = (-side * 0.4, -random.uniform(0, SHANK_M + 0.10))
+        bars.append(Passing(begin_s, begin_s + 0.8 / speed_m_s, start, (side * speed_m_s, 0), half_m=random.uniform(0.012, 0.05),
+                            length_m=0.2))
     return bars
 
 

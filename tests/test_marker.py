@@ -73,19 +73,19 @@ def test_the_other_sense_of_turning():
 
 
 def check_hidden(film, frames, eye, far_px=30):
-    """Every marker of which a twentieth is hidden is reported, and none that is whole; what is called whole is where
-    it is; nobody is taken for another."""
+    """Every marker of which six per cent are hidden is reported, and none that nothing touches; what is called whole is
+    where it is; nobody is taken for another."""
     flags, centers, _, truths = follow(film, frames, eye)
-    visible, truth = np.array([t.visible for t in truths]), centers_of(truths)
+    visible, clear, truth = np.array([t.visible for t in truths]), np.array([t.clear for t in truths]), centers_of(truths)
     whole = ((flags & SEEN) != 0) & ((flags & (PARTIAL | EDGE)) == 0)
     assert (visible < 0.94).sum() > 0.02 * visible.size, "the film hides too little to tell"
-    missed, invented = int(np.sum(whole & (visible < 0.94))), int(np.sum(~whole & (visible > 0.999)))
+    missed, invented = int(np.sum(whole & (visible < 0.94))), int(np.sum(~whole & clear))
     off = np.linalg.norm(centers - truth, axis=2)
     print(f"{visible.size} markers, {np.sum(visible < 0.94)} hidden or partly: {missed} not reported, {invented} invented; "
           f"worst error of a whole one {off[whole].max():.3f} px, of any {off[(flags & SEEN) != 0].max():.1f} px")
     assert (missed, invented) == (0, 0)
     assert off[(flags & SEEN) != 0].max() < far_px, "a marker was taken for another"
-    assert rms(centers[whole & (visible > 0.999)] - truth[whole & (visible > 0.999)]) < 0.05
+    assert rms((centers - truth)[whole & clear]) < 0.05
 
 
 def test_what_is_hidden_is_reported():
@@ -96,9 +96,8 @@ def test_what_is_hidden_is_reported():
 @pytest.mark.long
 def test_none_swapped_in_ten_thousand_pictures():
     seconds = 10_000 / RATE_HZ
-    camera = Camera(width=960, height=540, focal_px=900.0)
-    film = film_of(seconds, seed=5, camera=camera, passing=passers(seconds, 1.3, seed=5))
-    check_hidden(film, 10_000, Eye(radius_px=7))
+    film = film_of(seconds, seed=5, camera=Camera(**SMALL), look=Look(instants=2), passing=passers(seconds, 0.9, seed=5))
+    check_hidden(film, 10_000, Eye(radius_px=5))
 
 
 def crossing(t_s, seed, radius=8):

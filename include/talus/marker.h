@@ -88,7 +88,7 @@ typedef struct tl_marker_sample {
 typedef struct tl_marker_memory {
   int known, lost; /* a position is known; pictures since */
   double x, y, vx, vy, t_s;
-  double area;
+  double area, area_spread; /* px^2, and the variance of its share */
   int areas; /* how many pictures `area` rests on */
 } tl_marker_memory;
 

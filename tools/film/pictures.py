@@ -5,18 +5,18 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import ndtr
 
-NODES, WEIGHTS = np.polynomial.legendre.leggauss(3)  # instants within an exposure, from -1 to 1
 POOL = 1 << 20  # normal numbers that noise is taken from
 
 
 @dataclass
 class Truth:
     """What a picture shows: markers' centres in mid exposure, as the lens shows them [px], the share of each that is to
-    be seen, and the angles [rad]."""
+    be seen, whether nothing comes within three pixels of it, and the angles [rad]."""
 
     t_s: float
     center_px: np.ndarray
     visible: np.ndarray
+    clear: np.ndarray
     shank_rad: float
     foot_rad: float
 
@@ -27,6 +27,7 @@ class Look:
 
     blur_px: float = 0.8
     exposure_s: float = 0.003
+    instants: int = 3  # within an exposure, of which its motion blur is made
     read: float = 2.0
     shot: float = 0.03
     light: float = 0.3
@@ -40,6 +41,8 @@ class Film:
 
     def __init__(self, camera, scene, look=None, seed=1, whole=True):
         self.camera, self.scene, self.look, self.whole = camera, scene, look or Look(), whole
+        nodes, weights = np.polynomial.legendre.leggauss(self.look.instants)
+        self.instants = [(self.look.exposure_s / 2 * node, weight / 2) for node, weight in zip(nodes, weights, strict=True)]
         self.random = np.random.default_rng(seed)
         self.pool = self.random.standard_normal(POOL, dtype=np.float32)
         x = np.linspace(-0.5, 0.5, camera.width, dtype=np.float32)
@@ -94,12 +97,12 @@ class Film:
             self.picture[rows, columns] = self.empty[rows, columns]
         self.drawn = self._windows(t_s)
         for rows, columns in self.drawn:
-            rgb = sum(w / 2 * self._levels(t_s + self.look.exposure_s / 2 * node, rows, columns)
-                      for node, w in zip(NODES, WEIGHTS, strict=True))  # fmt: skip
+            rgb = sum(share * self._levels(t_s + later_s, rows, columns) for later_s, share in self.instants)
             self.picture[rows, columns] = self._expose(rgb * self.light[rows, columns, None])
         return self.picture, self.truth(t_s)
 
     def truth(self, t_s):
         """What the picture at t_s shows."""
         centers = self.camera.pixel(self.scene.centers(t_s))
-        return Truth(t_s, centers, self.scene.visible(t_s), float(self.scene.shank_rad(t_s)), float(self.scene.foot_rad(t_s)))
+        clear = self.scene.visible(t_s, 3 / self.camera.px_per_m) == 1
+        return Truth(t_s, centers, self.scene.visible(t_s), clear, float(self.scene.shank_rad(t_s)), float(self.scene.foot_rad(t_s)))

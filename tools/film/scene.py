@@ -1,6 +1,7 @@
 """What stands before the camera at an instant: links, markers, what passes in front of them, a lamp."""
 
 from dataclasses import dataclass, field
+from itertools import combinations
 
 import numpy as np
 
@@ -101,9 +102,12 @@ class Scene:
             front.append(disc((250, 250, 250) if self.lamp_on(t_s) else (30, 30, 30), self.lamp_m, 0.008))
         return bars, markers, front
 
-    def visible(self, t_s):
-        """The share of each marker that nothing covers (4)."""
+    def visible(self, t_s, margin_m=0.0):
+        """The share of each marker, with a margin around it, that nothing covers (4)."""
+        reach_m = self.radius_m + margin_m
         _, markers, front = self.shapes(t_s)
+        if not front and min(np.linalg.norm(a.a - b.a) for a, b in combinations(markers, 2)) > 2 * reach_m:
+            return np.array([float(m not in self.hidden) for m in range(4)])
         grid = np.linspace(-1, 1, 41)
         unit = np.stack(np.meshgrid(grid, grid), axis=-1).reshape(-1, 2)
         unit = unit[np.linalg.norm(unit, axis=1) <= 1]
@@ -111,6 +115,6 @@ class Scene:
         for index, m in enumerate(present):
             free = np.ones(len(unit), bool)
             for cover in [*markers[index + 1 :], *front]:
-                free &= cover.distance(markers[index].a + self.radius_m * unit) > 0
+                free &= cover.distance(markers[index].a + reach_m * unit) > 0
             shares[m] = free.mean()
         return shares
