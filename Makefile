@@ -84,7 +84,15 @@ ifneq ($(GPIOD),)
   GPIOD_LIBS := $(shell $(PKG_CONFIG) --libs libgpiod)
 endif
 
-FLAGS_ID := $(shell printf '%s' '$(CC) $(CPPFLAGS) $(CFLAGS) $(LDFLAGS) $(LIB_FLAGS) $(APP_FLAGS) $(APP_LIBS) $(GPIOD_FLAGS) $(GPIOD_LIBS)' \
+# talus-track reads videos through OpenCV: C++, in one file, and the program is left out where it is missing.
+CXX ?= g++
+OPENCV_INCLUDE ?= /usr/include/opencv4
+OPENCV_MODULES := calib3d videoio imgcodecs imgproc core
+OPENCV_MISSING := $(strip $(foreach m,$(OPENCV_MODULES),$(if $(wildcard $(OPENCV_INCLUDE)/opencv2/$(m).hpp),,opencv_$(m))))
+CXX_FLAGS := -std=c++17 -Wall -Wextra -Wshadow -ffp-contract=off -Iapps -isystem $(OPENCV_INCLUDE) $(SANITIZERS)
+OPENCV_LIBS := $(OPENCV_MODULES:%=-lopencv_%) -lstdc++
+
+FLAGS_ID := $(shell printf '%s' '$(CC) $(CPPFLAGS) $(CFLAGS) $(LDFLAGS) $(LIB_FLAGS) $(APP_FLAGS) $(APP_LIBS) $(GPIOD_FLAGS) $(GPIOD_LIBS) $(CXX) $(CXX_FLAGS)' \
   | cksum | cut -d ' ' -f 1)
 OBJ := $(BUILD)/obj/$(FLAGS_ID)
 
@@ -105,7 +113,7 @@ ASSETS := $(sort $(wildcard apps/page/assets/*))
 
 objects = $(patsubst %.c,$(OBJ)/%.o,$(1))
 LIB_OBJECTS := $(call objects,$(LIB_SOURCES))
-PROGRAMS := $(foreach d,$(APP_DIRS),$(BUILD)/bin/$(call app_name,$(d)))
+PROGRAMS := $(foreach d,$(if $(OPENCV_MISSING),$(filter-out apps/track,$(APP_DIRS)),$(APP_DIRS)),$(BUILD)/bin/$(call app_name,$(d)))
 LIBRARIES := $(BUILD)/lib/libtalus.a $(BUILD)/lib/libtalus.so
 FILES_LIBRARY := $(BUILD)/lib/libtalus_files.so
 PYTHON_SIDE := $(BUILD)/python/talus_cdef.h $(BUILD)/python/talus_macros.h
@@ -117,6 +125,9 @@ library: $(LIBRARIES)
 python-side: $(PYTHON_SIDE) $(if $(APP_MISSING),,$(FILES_LIBRARY))
 ifeq ($(APP_MISSING),)
 programs: $(PROGRAMS)
+ifneq ($(OPENCV_MISSING),)
+	@echo 'not built: talus-track (missing: $(OPENCV_MISSING)); `make deps` installs what it needs'
+endif
 else
 programs:
 	@echo 'not built: the programs (missing: $(APP_MISSING)); `make deps` installs what they need'
@@ -245,6 +256,13 @@ $(foreach d,$(APP_DIRS),$(eval $(call program_rule,$(d))))
 
 $(OBJ)/apps/acquire/source/gpio.o $(OBJ)/apps/acquire/source/gpio_%.o: CPPFLAGS += $(GPIOD_FLAGS)
 $(BUILD)/bin/talus-acquire: APP_LIBS += $(GPIOD_LIBS)
+
+$(BUILD)/bin/talus-track: APP_LIBS += $(OPENCV_LIBS)
+$(BUILD)/bin/talus-track: $(OBJ)/apps/track/opencv_face.o
+$(OBJ)/apps/%.o: apps/%.cpp
+	$(say) CXX $<
+	@mkdir -p $(@D)
+	$(Q)$(CXX) $(CPPFLAGS) $(CXX_FLAGS) $(CFLAGS) -MMD -MP -c -o $@ $<
 
 # Each tests/programs/NAME.c is a small program that shows what programs share to
 # the tests; NAME goes to build/tests/. Each tools/bench/NAME.c serves `make bench` and
