@@ -101,7 +101,9 @@ def diagnosed(folder, model, recording):
 
 
 def check_poor(report, page, said, reason):
-    assert report["verdict"] == {"effect": "unknown", "joint": "none", "probability": 1.0}
+    assert report["verdict"] == {"effect": "unknown", "joint": "none", "probability": 1.0, "withheld": True}
+    (finding, *_) = report["findings"]
+    assert finding["grave"] and finding["id"] in ("too_short", "too_little_motion")
     assert report["effects"] == [] and report["alternatives"] == []
     why = report["next_experiment"]["why"]
     assert re.search(reason, why) and "Next: " in why
@@ -109,7 +111,7 @@ def check_poor(report, page, said, reason):
     for gap in report["gap"].values():
         assert gap["closed_fraction"] == 0.0 and gap["extended_rms"] == gap["identified_rms"]
     lead = Page(page).text["p"][0]
-    assert lead == "These recordings cannot carry a diagnosis, so no cause is named." and lead in said
+    assert lead == f"No cause is named before this is mended: {finding['evidence']}." and lead in said
     assert any(why in text for text in Page(page).text["p"]) and why in said
     for claim in ("with effects", "closed", "noise floor"):  # nothing was held out, so none of it is known
         assert claim not in page.split("</main>")[0]

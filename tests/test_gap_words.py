@@ -12,7 +12,7 @@ def gap(identified, extended, floor, closed, unit="Nm"):
 def report(effect, joint, probability, effects=(), **gaps):
     return {"verdict": {"effect": effect, "joint": joint, "probability": probability},
             "alternatives": [{"effect": "unknown", "joint": "none", "probability": 1 - probability}],
-            "effects": [{"effect": e, "joint": j} for e, j in effects], "where": [],
+            "effects": [{"effect": e, "joint": j} for e, j in effects], "where": [], "findings": [],
             "gap": gaps or {"knee": gap(0.0058, 0.0034, 0.0015, 0.7), "ankle": gap(0.0003, 0.0003, 0.0003, 0.0)}}  # fmt: skip
 
 
@@ -59,8 +59,9 @@ def test_none_and_unknown():
 
 
 def test_poor_recordings():
-    poor = report("unknown", "none", 1.0, knee=gap(0.1, 0.1, 0.0, 0.0)) | {"alternatives": []}
-    assert words.is_poor(poor) and "cannot carry a diagnosis" in words.sentence(poor)
+    finding = {"id": "too_short", "grave": True, "column": "time_s", "evidence": "only 3 s", "remedy": "a minute"}
+    poor = report("unknown", "none", 1.0, knee=gap(0.1, 0.1, 0.0, 0.0)) | {"alternatives": [], "findings": [finding]}
+    assert words.is_poor(poor) and words.sentence(poor) == "No cause is named before this is mended: only 3 s."
     assert not words.is_poor(report("unknown", "none", 0.9))
 
 

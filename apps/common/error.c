@@ -6,6 +6,7 @@
 #include <string.h>
 
 static const char *program_name = "talus";
+static int notes_told = 1;
 
 void app_set_name(const char *name) {
   program_name = name;
@@ -64,9 +65,15 @@ int app_exit(const struct app_error *e) {
   return e->status;
 }
 
+void app_tell_notes(int told) {
+  notes_told = told;
+}
+
 void app_note(const char *format, ...) {
   char text[1024];
   va_list arguments;
+
+  if (!notes_told) return;
   va_start(arguments, format);
   const int length = vsnprintf(text, sizeof text, format, arguments);
   va_end(arguments);

@@ -43,6 +43,8 @@ int app_exit(const struct app_error *e);
 
 /* Prints "NAME: note: ..." to standard error: something a user should know, no failure. */
 void app_note(const char *format, ...) APP_PRINTF(1, 2);
+/* 0: nothing is noted from now on, for a caller that speaks for itself. */
+void app_tell_notes(int told);
 
 /* Copies n bytes of foreign text, a piece of a message, into out[size]: what is no printable
  * UTF-8 becomes '?', and what does not fit is cut with "...". Returns `out`. */

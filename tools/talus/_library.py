@@ -102,11 +102,9 @@ def files():
     if not _FILES.exists():
         raise ImportError(f"{_FILES} is not there; `make deps` installs what it needs, `make` builds it")
     library = ffi.dlopen(str(_FILES.resolve()), ffi.RTLD_LAZY)
-    library.app_set_name(_NAME)
+    library.app_tell_notes(0)
     return library
 
-
-_NAME = ffi.new("char[]", b"talus")  # kept: the readers' notes begin with it
 
 
 def check_file(result, error):

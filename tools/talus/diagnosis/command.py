@@ -13,7 +13,7 @@ import yaml
 import talus
 from talus import constants
 
-from . import experiment, fitted, picture, report, words
+from . import experiment, fitted, gate, picture, report, words
 from .evidence import Evidence
 from .search import search
 from .track import Track
@@ -106,8 +106,8 @@ def say(text):
 # ---- inputs ------------------------------------------------------------------------
 
 
-def identify(options):
-    """(report, model file's mapping) of talus-identify, which checks every input on the way."""
+def identify(options, findings):
+    """(report, model file's mapping) of talus-identify; without a report where grave findings leave nothing to identify."""
     program = talus.BUILD / "bin" / "talus-identify"
     with tempfile.TemporaryDirectory(prefix="talus-gap-") as folder:
         outputs = [Path(folder) / name for name in ("fitted.yaml", "report.json")]
@@ -127,9 +127,19 @@ def identify(options):
         return json.loads(outputs[1].read_text()), yaml.safe_load(outputs[0].read_text())
 
 
-def read_tracks(options, tree, model):
-    """Recordings under the model."""
-    return [Track(model, talus.Recording.read(path, tree.get("score")), path) for path in options.recordings]
+def read(options):
+    """The model and the recordings, by the programs' own readers; a model's own effects are looked for anew."""
+    try:
+        model = talus.Model.read(options.flags["--model"])
+        recordings = [talus.Recording.read(path, model=model) for path in options.recordings]
+    except talus.InputError as error:
+        raise Refused(2, str(error)) from error
+    except OSError as error:
+        raise Refused(1, str(error)) from error
+    model.effects = []
+    for recording in recordings:
+        recording.score = model.score
+    return model, recordings
 
 
 # ---- outputs -----------------------------------------------------------------------
@@ -161,6 +171,8 @@ def summary(found):
     """The diagnosis in a few lines for a person."""
     verdict = found["verdict"]
     yield f"{picture.sentence(found)}"
+    for finding in found["findings"]:
+        yield f"  {finding['id'].replace('_', ' ')}: {finding['evidence']}; {finding['remedy']}"
     for item in found["alternatives"][:3]:
         if item["probability"] >= 0.01:
             yield f"  or {words.at(item['effect'], item['joint'])}: probability {item['probability']:.2f}"
@@ -177,20 +189,25 @@ def summary(found):
 
 def diagnose(options, step):
     """(diagnosis, model file's mapping, model)."""
+    step("recordings")
+    given, recordings = read(options)
+    findings = gate.findings(given, options.recordings, recordings)
     step("identification")
-    identification, tree = identify(options)
+    identification, tree = identify(options, findings)
     if tree.get("effects"):
         say(f"{NAME}: note: the model's own effects are left out of the diagnosis, and looked for anew")
-    given, model = talus.Model.read(options.flags["--model"]), talus.Model.from_tree(tree)
-    given.effects, model.effects = [], []
-    tracks = read_tracks(options, tree, given)
+    model = talus.Model.from_tree(tree)
+    model.effects = []
+    if findings and findings[0].grave:
+        return report.withheld(identification, findings), tree, model
+    tracks = [Track(given, *pair) for pair in zip(recordings, options.recordings)]
     reason = experiment.too_poor(tracks)
     if reason:
-        return report.poor(identification, reason), tree, model
+        return report.withheld(identification, [reason, *findings]), tree, model
     evidence = Evidence(given, [track for track in tracks if track.parts], tree)
     finished, fit = search(evidence, list(model.base.values()), step)
     step("maps")
-    return report.diagnosis(finished, judge(finished, fit), int(options.seed)), tree, model
+    return report.diagnosis(finished, judge(finished, fit), int(options.seed), findings), tree, model
 
 
 def run(arguments):

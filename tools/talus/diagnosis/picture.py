@@ -24,6 +24,7 @@ def page(found, options):
     report = found.report
     out = talus.Page("Where the gap lies", sentence(report))
     poor = words.is_poor(report)
+    _findings(out, report["findings"])
     _gap(out, report, poor)
     _motion(out, report)
     if not poor:
@@ -38,6 +39,15 @@ def page(found, options):
         path = Path(folder) / "page.html"
         out.write(path)
         return path.read_text(encoding="utf-8")
+
+
+def _findings(out, findings):
+    """What makes the recordings doubtful."""
+    if not findings:
+        return
+    out.heading("What is wrong with the recordings")
+    rows = [[f["id"].replace("_", " "), "grave" if f["grave"] else "", f["column"], f["evidence"], f["remedy"]] for f in findings]
+    out.table("No cause is named while a grave one stands", ["finding", "", "column", "what was seen", "what to do"], rows, words=True)
 
 
 def _bars(out, title, unit, labels, values, roles):

@@ -20,8 +20,8 @@ class Diagnosis:
         self.before, self.after, self.maps, self.maps_after = before, after, maps or {}, maps_after or {}
 
 
-def diagnosis(search, verdict, seed):
-    """The diagnosis of a finished search."""
+def diagnosis(search, verdict, seed, findings):
+    """The diagnosis of a finished search; `findings` are those that are not grave."""
     evidence, fit = search.evidence, verdict.fit
     before = figures.Residuals(search, [])
     after = figures.Residuals(search, fit.chosen) if fit.chosen else before
@@ -44,6 +44,7 @@ def diagnosis(search, verdict, seed):
         ],
         "not_observable": not_observable(search),
         "next_experiment": {"why": why, "trajectory": None, "needs": proposal.needs, "parts": proposal.parts},
+        "findings": entries(findings),
     }
     listed = figures.effects(search, fit, before)
     keys = [c.key for c in fit.chosen]
@@ -63,8 +64,8 @@ def known_probability(verdict):
     return 1.0 - sum(p for p, effect, _ in verdict.probabilities if effect == "unknown")
 
 
-def poor(identification, reason):
-    """The report on recordings that cannot carry a diagnosis; figures are those of the identification."""
+def withheld(identification, findings):
+    """The report while a grave finding stands: no cause is named; figures are those of the identification, where there is one."""
     gap = {}
     for joint, error in identification["error"].items() if identification else ():
         if error["identified_rms"] is None:
@@ -72,10 +73,20 @@ def poor(identification, reason):
         gap[joint] = {"unit": error["unit"], "nominal_rms": error["nominal_rms"],
                       "identified_rms": error["identified_rms"], "extended_rms": error["identified_rms"],
                       "noise_floor_rms": 0.0, "closed_fraction": 0.0, "reversal_rms": 0.0}  # fmt: skip
-    return Diagnosis({"schema": SCHEMA, "verdict": entry(1.0, "unknown", "none"), "alternatives": [], "effects": [],
+    return Diagnosis({"schema": SCHEMA, "verdict": {**entry(1.0, "unknown", "none"), "withheld": True}, "alternatives": [], "effects": [],
                       "gap": gap, "motion": {}, "where": [], "confusable": [], "not_observable": [],
-                      "next_experiment": {"why": reason[0].upper() + reason[1:], "trajectory": None, "needs": None,
-                                          "parts": []}})  # fmt: skip
+                      "next_experiment": {"why": remedy(findings[0]), "trajectory": None, "needs": None, "parts": []},
+                      "findings": entries(findings)})  # fmt: skip
+
+
+def remedy(finding):
+    """What to do about a finding, as a sentence after what was seen."""
+    return f"{finding.evidence[0].upper()}{finding.evidence[1:]}. Next: {finding.remedy}."
+
+
+def entries(findings):
+    """Findings as GAP.json has them."""
+    return [finding.entry() for finding in findings]
 
 
 def entry(probability, effect, joint):

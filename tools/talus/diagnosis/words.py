@@ -98,8 +98,9 @@ def sentence(report):
     """The diagnosis in plain words."""
     verdict = report["verdict"]
     sure = f"probability {verdict['probability']:.2f}"
-    if is_poor(report):
-        return "These recordings cannot carry a diagnosis, so no cause is named."
+    if report["findings"] and report["findings"][0]["grave"]:
+        first = report["findings"][0]
+        return f"No cause is named before this is mended: {first['evidence']}."
     if verdict["effect"] == "none":
         return f"The model explains these recordings down to their noise; no further effect is needed ({sure})."
     if verdict["effect"] == "unknown":

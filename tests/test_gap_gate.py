@@ -1,0 +1,99 @@
+"""tools/talus/diagnosis/gate: spoiled recordings are named before any cause is, sound ones are left alone."""
+
+import json
+
+import numpy as np
+import pytest
+import talus
+from spoiled import spoilings
+from support import REPOSITORY, data, needs_data, run
+from talus.diagnosis import gate
+
+PLANTS = {"leg": 51.0, "pendulum": 9.0, "slider": 1.0}
+SEEDS = (1, 2)
+
+
+@pytest.fixture(scope="module")
+def sound(tmp_path_factory):
+    """plant -> (model as a user would have it, recordings)."""
+    folder, out = tmp_path_factory.mktemp("sound"), {}
+    for plant in PLANTS:
+        path = REPOSITORY / "models" / f"{plant}.yaml"
+        for seed in SEEDS:
+            run("talus-sim", "--model", path, "--out", folder / f"{plant}{seed}.csv", "--duration", 24, "--seed", seed)
+        recordings = [talus.Recording.read(folder / f"{plant}{seed}.csv") for seed in SEEDS]
+        model = talus.Model.read(path)
+        model.set_parameters(**{name: 1.3 * value for name, value in model.parameters.items()})
+        out[plant] = model, recordings
+    return out
+
+
+CASES = [(plant, name) for plant, gear in PLANTS.items() for name in spoilings(plant, gear)]
+
+
+@pytest.mark.parametrize(("plant", "name"), CASES)
+def test_what_is_spoiled_is_named(plant, name, sound):
+    model, recordings = sound[plant]
+    spoil, finding, column = spoilings(plant, PLANTS[plant])[name]
+    for recording in recordings:
+        found = gate.findings(model, ["a.csv"], [talus.Recording(spoil(recording.columns))])
+        named = [(f.id, f.column) for f in found]
+        assert (finding, column or "") in named, found
+        assert {f.id for f in found if f.grave} <= {finding}, found
+        assert all(f.evidence and f.remedy for f in found)
+
+
+@pytest.mark.parametrize("plant", PLANTS)
+def test_what_is_sound_is_left_alone(plant, sound):
+    model, recordings = sound[plant]
+    assert gate.findings(model, ["a.csv", "b.csv"], recordings) == []
+
+
+def test_two_recordings_that_share_rows(sound):
+    model, (one, other) = sound["leg"]
+    part = {name: np.concatenate([one.columns[name][2000:4000], x[1000:]]) for name, x in other.columns.items()}
+    part["time_s"] = np.arange(len(part["time_s"])) * one.step_s
+    found = gate.findings(model, ["a.csv", "b.csv"], [one, talus.Recording(part)])
+    assert ("overlap", "") in [(f.id, f.column) for f in found]
+
+
+def test_two_machines(tmp_path, sound):
+    model, (one, _) = sound["pendulum"]
+    other = talus.Model.read(REPOSITORY / "models/pendulum.yaml")
+    other.set_parameters(inertia_kg_m2=0.02, gravity_moment_kg_m=0.05, coulomb_Nm=0.9)
+    other.write(tmp_path / "other.yaml")
+    run("talus-sim", "--model", tmp_path / "other.yaml", "--out", tmp_path / "other.csv", "--duration", 24)
+    found = gate.findings(model, ["a.csv", "b.csv"], [one, talus.Recording.read(tmp_path / "other.csv")])
+    assert [f.id for f in found] == ["other_machine"]
+
+
+def test_a_cause_is_withheld_while_a_grave_finding_stands(tmp_path, sound):
+    """Degrees in a column of radians: said first, with what to do; no effect is named."""
+    _, (recording, _) = sound["pendulum"]
+    columns = {**recording.columns, "joint_rad": np.degrees(recording.columns["joint_rad"])}
+    table = np.column_stack(list(columns.values()))
+    np.savetxt(tmp_path / "deg.csv", table, "%.12g", ",", header=",".join(columns), comments="")
+    done = run("talus-gap", "--model", REPOSITORY / "models/pendulum.yaml", "--report", tmp_path / "gap.json", "--html",
+               tmp_path / "gap.html", tmp_path / "deg.csv")  # fmt: skip
+    report = json.loads((tmp_path / "gap.json").read_text())
+    assert report["verdict"] == {"effect": "unknown", "joint": "none", "probability": 1.0, "withheld": True}
+    assert report["effects"] == [] and report["findings"][0]["id"] == "units" and report["findings"][0]["grave"]
+    assert "degrees" in done.stderr and "degrees" in (tmp_path / "gap.html").read_text()
+
+
+@needs_data
+@pytest.mark.long
+def test_recordings_of_other_benches_and_real_machines_have_no_grave_finding():
+    """Rates, resolutions, lost rows and jitter as labs have them are no fault."""
+    groups = [(c / "model.yaml", sorted(c.glob("train*.csv.gz"))) for kind in ("wild_leg", "wild_pendulum", "leg_cases")
+              for c in sorted(data(kind).glob("case_*"))]  # fmt: skip
+    groups += [(data(kind) / "model.yaml", [path]) for kind in ("emps", "ur10e_joints", "ak80_9_dyno", "embir_dyno")
+               for path in sorted(data(kind).glob("*.csv")) if path.name != "trials.csv"]  # fmt: skip
+    assert len(groups) > 60
+    grave = {}
+    for path, files in groups:
+        model = talus.Model.read(path)
+        recordings = [talus.Recording.read(file, model=model) for file in files]
+        found = [f for f in gate.findings(model, [file.name for file in files], recordings) if f.grave]
+        grave |= {str(files[0]): found} if found else {}
+    assert grave == {}
