@@ -5,9 +5,7 @@ import pytest
 import talus
 import yaml
 from talus.diagnosis.catalogue.candidate import Family
-from talus.diagnosis.catalogue.leg import _oscillator
 from talus.diagnosis.physical import constrained, physical
-from scipy.integrate import solve_ivp
 from support import REPOSITORY
 
 
@@ -63,15 +61,3 @@ def test_shapes_move_by_factors_or_differences_within_their_limits():
     assert family.beside(0, 1.0, 1) == (8.0, 0.3) and family.beside(0, 0.5, -1) == pytest.approx((2.0 * 2**0.5, 0.3))
     assert family.beside(1, 0.2, -1) == pytest.approx((4.0, 0.2))
     assert family.beside(1, 1.0, -1) is None and family.beside(0, 2.0, 1) is None
-
-
-def test_the_mounts_oscillator_is_exact_for_a_straight_drive():
-    step_s, omega, damping = 0.004, 2 * np.pi * 9, 0.05
-    t = np.arange(400) * step_s
-    drive = np.random.default_rng(2).normal(size=len(t))
-    push = lambda s: np.interp(s, t, drive)
-    rate = lambda s, y: [y[1], omega**2 * (push(s) - y[0]) - 2 * damping * omega * y[1]]
-    want = solve_ivp(rate, (0, t[-1]), [drive[0], 0.0], t_eval=t, rtol=1e-10, atol=1e-12, max_step=step_s / 4).y
-    x, v, a = _oscillator(drive, step_s, omega, damping)
-    assert x == pytest.approx(want[0], abs=1e-6) and v == pytest.approx(want[1], abs=1e-4)
-    assert a == pytest.approx(omega**2 * (drive - want[0]) - 2 * damping * omega * want[1], abs=0.05)
