@@ -133,7 +133,7 @@ static void slopes_along(const tl_model *m, const tl_motion *now, int moved, con
 void tl_columns_displaced_whole(tl_effect_prepared *p, int joint, double *const *shift, int strength,
                                 const tl_effect_wanted *wanted) {
   const tl_effect_segment *s = p->segment;
-  double slope[TL_MAX_JOINTS], *column;
+  double slope[TL_MAX_JOINTS] = {0.0}, *column;
   tl_motion now;
   size_t i;
   int j;

@@ -7,7 +7,7 @@ it does. The order of the unknowns is: base parameters, one constant for each ki
 
 import numpy as np
 
-from .catalogue.law import Column, shown_by
+from .catalogue.law import Column, batches, shows
 
 RIDGE = 1e-10  # of unit columns: keeps what cannot be told apart solvable, far below any noise
 TINY = 1e-12
@@ -38,6 +38,12 @@ class Layout:
     def put(self, row, record, values):
         """One column's values of one recording, thinned and weighted, to their places in `row`."""
         row[self.place[record]] = values * self.weight
+
+    def put_all(self, rows, places, record, values, seen):
+        """The same for some columns' values on the whole grid, `seen` of them, into rows of these numbers."""
+        thinned, to = self.channel[record].thinned, self.place[record]
+        for place, k in zip(places, seen):
+            rows[place, to] = values[k, thinned] * self.weight
 
 
 class Gram:
@@ -73,11 +79,14 @@ class Gram:
     def _fill(self):
         kept = [({}, np.zeros((len(self.columns), layout.rows), np.float32)) for layout in self.layouts]
         for record, scene in enumerate(self.scenes):
-            for column, shown in every_shown(scene, self.columns):
+            for columns, shown in every_batch(scene, self.columns):
                 for layout, (owner, rows) in zip(self.layouts, kept):
-                    if layout.kind in shown and record in layout.channel:
-                        place = owner.setdefault(self.place[column], len(owner))
-                        layout.put(rows[place], record, shown[layout.kind][layout.channel[record].thinned])
+                    if layout.kind not in shown or record not in layout.channel:
+                        continue
+                    values = shown[layout.kind]
+                    seen = [k for k in range(len(columns)) if shows(values[k])]
+                    places = [owner.setdefault(self.place[columns[k]], len(owner)) for k in seen]
+                    layout.put_all(rows, places, record, values, seen)
         self.owner = [np.array(list(owner), int) for owner, _ in kept]
         self.rows = [rows[:len(owner)] for owner, rows in kept]
 
@@ -272,10 +281,12 @@ class Gram:
         return out
 
 
-def every_shown(scene, columns):
-    """Yields (column, {channel: its values on the grid}): the library's many at once, a recording's own one by one."""
-    yield from shown_by(scene, [column for column in columns if isinstance(column, Column)])
-    yield from ((column, column(scene)) for column in columns if not isinstance(column, Column))
+def every_batch(scene, columns):
+    """As batches(): the library's columns many at once, a recording's own one by one."""
+    yield from batches(scene, [column for column in columns if isinstance(column, Column)])
+    for column in columns:
+        if not isinstance(column, Column):
+            yield [column], {name: values[None] for name, values in column(scene).items()}
 
 
 def groups(candidates):

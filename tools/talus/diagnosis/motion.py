@@ -11,7 +11,6 @@ from talus import TalusError, check, ffi, lib, pointer
 
 from .catalogue.law import BASE
 from .kinds import kind_of
-from .scene import model_at
 
 WINDOW_S = 0.25
 LONGEST_STEP_S = 0.005
@@ -63,11 +62,9 @@ def is_plausible(scene):
     return bool(share.min() > 1 / MOST_OF_GIVEN and share.max() < MOST_OF_GIVEN)
 
 
-def plant_of(search, record, base):
-    """The model of a fit, its friction none below 0; the given one where the fit's inertia is none that a plant can have."""
-    scene = search.scenes[record]
-    fitted = scene if np.array_equal(scene.base, base) else scene.at(base, scene.torque_constant_error)
-    model = (fitted.model if is_plausible(fitted) else model_at(scene.evidence, scene.evidence.prior)).copy()
+def plant_of(scene):
+    """The model of a scene, its friction none below 0."""
+    model = scene.model.copy()
     for j in range(scene.evidence.joints):
         drive = model.struct.drive[j]
         drive.coulomb_Nm, drive.viscous_Nms_rad = max(drive.coulomb_Nm, 0.0), max(drive.viscous_Nms_rad, 0.0)
@@ -144,11 +141,16 @@ def deviations_of(search, record, chosen, residuals):
     evidence, windows = search.evidence, Windows(search.evidence.tracks[record])
     if not len(windows.starts):
         return None
-    model = plant_of(search, record, residuals.strengths[:evidence.bases])
-    effects, fixed = acting(search, record, model, chosen, residuals.strengths[search.gram.first:])
-    scene = search.scenes[record]
-    torque = [scene.track.resample(evidence.effort(record, j)) - fixed[j] for j in range(evidence.joints)]
-    return deviations(scene, windows, model, effects, torque)
+    given, joints = search.scenes[record], range(evidence.joints)
+    base = residuals.strengths[:evidence.bases]
+    scene = given if np.array_equal(given.base, base) else given.at(base, given.torque_constant_error)
+    if not is_plausible(scene):  # then the given model stands in, with what the fit leaves of the torque
+        scene = given.at(evidence.prior)
+        torque = [scene.grid("motor_Nm", j) + residuals.of[record, f"T{j}"] for j in joints]
+        return deviations(scene, windows, plant_of(scene), [], torque)
+    effects, fixed = acting(search, record, scene.model, chosen, residuals.strengths[search.gram.first:])
+    torque = [scene.track.resample(evidence.effort(record, j)) - fixed[j] for j in joints]
+    return deviations(scene, windows, plant_of(scene), effects, torque)
 
 
 def rms(search, chosen, residuals):

@@ -1,9 +1,8 @@
 """The noise floor from the data itself: what differs between repeated periods, else what lies above the motion."""
 
 import numpy as np
-from scipy.interpolate import CubicSpline
-from scipy.spatial import cKDTree
-from scipy.special import gammaincinv
+
+from .numerics import interpolated, median_of_chi2
 
 BLOCK_S = 4.0  # longer than the memory of friction, springs and mount
 SHORTEST_BLOCK_S = 1.0
@@ -23,11 +22,6 @@ FEWEST_PAIRS = 30
 def robust_deviation(x):
     """Standard deviation by the median absolute deviation."""
     return 1.4826 * np.median(np.abs(x - np.median(x)))
-
-
-def median_of_chi2(freedom):
-    """Median of the chi-square distribution."""
-    return 2 * gammaincinv(freedom / 2, 0.5)
 
 
 def above_motion(raw):
@@ -94,8 +88,7 @@ def repeat_deviation(track, values, mask, period_s):
     if periods < 3:
         return None
     phase = np.arange(int(period_s / track.step_s)) * track.step_s
-    spline = CubicSpline(t, values)
-    every = np.array([spline(np.minimum(phase + k * period_s, t[-1])) for k in range(periods)])
+    every = np.array([interpolated(values, np.minimum(phase + k * period_s, t[-1]) / track.step_s) for k in range(periods)])
     known = np.array([np.interp(phase + k * period_s, t, mask.astype(float)) for k in range(periods)]) > 0.99
     full = known.all(0)
     if full.sum() < FEWEST_REPEATED_ROWS:
@@ -114,6 +107,8 @@ def near_repeat_deviation(states, residual, t_s):
 
     The nearest pairs only, each a second or more apart; their median, so that the few that differ in something else
     do not count."""
+    from scipy.spatial import cKDTree  # slow to load, and only motions that do not repeat need it
+
     unit = (states - states.mean(0)) / (states.std(0) + 1e-12)
     distance, index = cKDTree(unit).query(unit, k=min(NEIGHBOURS, len(unit)))
     apart = np.abs(t_s[index] - t_s[:, None]) > NEAR_REPEAT_AFTER_S

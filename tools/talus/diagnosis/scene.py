@@ -1,8 +1,6 @@
 """The plain model's torque terms along one recording, at its samples: what the effects' columns are made of. The library
 computes them (tl_effect_instants)."""
 
-import copy
-
 import numpy as np
 
 from talus import constants, ffi, lib, pointer

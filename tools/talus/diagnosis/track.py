@@ -22,7 +22,6 @@ class Track:
         self.regression = talus.Regression(model, recording)
         n = len(self.t_s)
         self.q, self.v, self.a, self.slip, self.speed = (np.zeros((self.joints, n)) for _ in self.MOTION)
-        self.raw = [np.zeros((n, len(model.base))) for _ in range(self.joints)]
         self.parts = []
         for begin, end in recording.segments():
             if self.t_s[end - 1] - self.t_s[begin] >= 3 * recording.score.trim_s:
@@ -37,10 +36,6 @@ class Track:
                 values = ffi.buffer(getattr(space.track, name)[joint], 8 * (end - begin))
                 getattr(self, name)[joint, begin:end] = np.frombuffer(values)
         rows = [self.regression._copy_rows(space.rows[joint]) for joint in range(self.joints)]
-        for joint, row in enumerate(rows):
-            for k, base in enumerate(row.index):
-                column = ffi.buffer(space.raw[joint] + k * space.capacity, 8 * (end - begin))
-                self.raw[joint][begin:end, base] = np.frombuffer(column)
         stops = [self._stops(space, joint) for joint in range(self.joints)]
         self.parts.append({"begin": begin, "end": end, "stops": stops, "rows": rows, "n": len(rows[0].t)})
         del alive
@@ -99,14 +94,6 @@ class Track:
     def operate(self, samples, joint=None):
         """Samples -> grid, filtered; bridged over the stops of `joint` if it is given."""
         return self.lowpass(self.resample(samples if joint is None else self.bridge(samples, joint)))
-
-    def by_part(self, grid, function):
-        """`function` of each segment's piece of a grid array, put together again."""
-        out, begin = np.empty_like(grid), 0
-        for part in self.parts:
-            out[begin:begin + part["n"]] = function(grid[begin:begin + part["n"]])
-            begin += part["n"]
-        return out
 
     def states(self, rows):
         """What the torque depends on, at some instants of the grid: angles (where recorded), speeds, accelerations, and

@@ -38,7 +38,8 @@ class Column:
 
     def __call__(self, scene):
         """{channel: column on the grid} of one recording."""
-        return next(shown for _, shown in shown_by(scene, [self]))
+        (_, shown), = batches(scene, [self])
+        return {name: values[0] for name, values in shown.items() if shows(values[0])}
 
     @property
     def is_of_the_instant(self):
@@ -64,33 +65,52 @@ def _is_of_the_instant(effect, number):
     return out[number] != 0
 
 
-def shown_by(scene, columns):
-    """Yields (column, {channel: its values on the grid}) for each; equal shapes are evaluated once."""
+def batches(scene, columns):
+    """Yields (some of the columns, {channel: their values on the grid, (columns, grid)}); equal shapes are evaluated once. A
+    column that a channel does not show is 0 there."""
     groups = {}
     for one in columns:
         groups.setdefault((one.effect, one.joints, one.session, one.is_of_the_instant), {}).setdefault(one.shape, []).append(one)
     for (effect, joints, session, of_the_instant), shapes in groups.items():
+        kind = kind_of(effect)
         if of_the_instant:
-            for shape, own in shapes.items():
-                yield from _of_the_instant(scene, kind_of(effect), joints, session, shape, own)
-        else:
-            yield from _over_segments(scene, kind_of(effect), joints[0], shapes)
+            for some in _some(list(shapes.items()), kind, scene):
+                yield _of_the_instant(scene, kind, joints, session, some)
+            continue
+        by_strengths = {}
+        for shape, own in shapes.items():
+            wanted = sum({1 << number for one in own for number, _ in one.amounts})
+            by_strengths.setdefault(wanted, []).append((shape, own))
+        for wanted, every in by_strengths.items():
+            for some in _some(every, kind, scene):
+                yield _over_segments(scene, kind, joints[0], wanted, some)
+
+
+def _some(shapes, kind, scene):
+    """So many shapes at once that their columns stay small."""
+    at_once = max(1, TOGETHER // (len(kind.strengths) * len(scene.t_s)))
+    return (shapes[begin:begin + at_once] for begin in range(0, len(shapes), at_once))
+
+
+def shows(values):
+    """Is a column other than 0? By its squares, which is faster than to ask each."""
+    return values @ values != 0
 
 
 # ---- laws of the instant ---------------------------------------------------------------
 
 
-def _of_the_instant(scene, kind, joints, session, shape, columns):
-    """Columns of one shape of a law."""
-    shown = [{} for _ in columns]
+def _of_the_instant(scene, kind, joints, session, shapes):
+    """Columns of some shapes of a law."""
+    columns, shown = [one for _, own in shapes for one in own], {}
     for j in joints:
+        now, torque = ffi.from_buffer("tl_effect_instant[]", scene.instants(j, session)), []
         every = np.empty((len(kind.strengths), len(scene.t_s)))
-        now = ffi.from_buffer("tl_effect_instant[]", scene.instants(j, session))
-        lib.tl_effect_columns_at(kind.struct, pointer(np.array(shape)), now, len(scene.t_s), pointer(every))
-        torque = np.array([_sum(every, one) for one in columns])
-        for out, values in zip(shown, scene.operated(torque, j)):
-            out[f"T{j}"] = values
-    yield from zip(columns, shown)
+        for shape, own in shapes:
+            lib.tl_effect_columns_at(kind.struct, pointer(np.array(shape)), now, len(scene.t_s), pointer(every))
+            torque += [_sum(every, one) for one in own]
+        shown[f"T{j}"] = scene.operated(np.array(torque), j)
+    return columns, shown
 
 
 def law_at(scene, joint, effect, strength, shapes):
@@ -114,28 +134,17 @@ def _sum(every, column):
 # ---- over segments ---------------------------------------------------------------------
 
 
-def _over_segments(scene, kind, joint, shapes):
-    """Columns of many shapes of a kind that is no law of the instant: those with the same strengths at once."""
-    by_strengths = {}
-    for shape, own in shapes.items():
-        wanted = sum({1 << number for one in own for number, _ in one.amounts})
-        by_strengths.setdefault(wanted, []).append((shape, own))
-    for wanted, every in by_strengths.items():
-        at_once = max(1, TOGETHER // (len(kind.strengths) * len(scene.t_s)))
-        for begin in range(0, len(every), at_once):
-            yield from _at_once(scene, kind, joint, wanted, every[begin:begin + at_once])
-
-
-def _at_once(scene, kind, joint, strengths, every):
-    columns = [one for _, own in every for one in own]
-    parts = [_of_part(scene, kind, joint, strengths, every, number) for number in range(len(scene.track.parts))]
-    for k, one in enumerate(columns):
-        shown = {name for part in parts for name in part if np.any(part[name][k])}
-        yield one, {name: np.concatenate([part[name][k] for part in parts]) for name in sorted(shown)}
+def _over_segments(scene, kind, joint, strengths, shapes):
+    """Columns of some shapes of a kind that is no law of the instant, all with the same strengths."""
+    columns = [one for _, own in shapes for one in own]
+    parts = [_of_part(scene, kind, joint, strengths, shapes, number) for number in range(len(scene.track.parts))]
+    silent = [np.zeros((len(columns), part["n"])) for part in scene.track.parts]
+    shown = sorted({name for part in parts for name in part})
+    return columns, {name: np.concatenate([part.get(name, none) for part, none in zip(parts, silent)], axis=1) for name in shown}
 
 
 def _of_part(scene, kind, joint, strengths, every, number):
-    """{channel: (columns, grid)} of one part of a recording."""
+    """{channel: (columns, grid)} of one part of a recording, of channels that show anything."""
     prepared = scene.prepared(number)
     n = prepared.segment.n
     shown = {name: np.zeros((len(every), len(kind.strengths), n)) for name in scene.channels_of(joint)}
@@ -146,14 +155,12 @@ def _of_part(scene, kind, joint, strengths, every, number):
                                   prepared, wanted)  # fmt: skip
     out = {}
     for name, values in shown.items():
-        if not values.any():
+        if not shows(values.reshape(-1)):
             continue
         torque = int(name[1]) if name[0] == "T" else None
         sums = np.array([_sum(values[k], one) for k, (_, own) in enumerate(every) for one in own])
         out[name] = scene.operated_part(sums, torque, number, bridged=bool(kind.struct.bridged))
-    width = len(scene.track.parts[number]["rows"][0].t)
-    silent = np.zeros((sum(len(own) for _, own in every), width))
-    return {name: out.get(name, silent) for name in shown}
+    return out
 
 
 _CHANNEL = {"T0": 0, "T1": 1, "E": lib.TL_EFFECT_SHOWS_ENCODER, "K": lib.TL_EFFECT_SHOWS_SHANK,

@@ -3,13 +3,13 @@
 import copy
 
 import numpy as np
-from scipy.interpolate import CubicSpline
 
 import talus
 
 from .. import noise
 from ..scene import Scene
 from ..track import Track
+from ..numerics import interpolated
 from .path import STEP_S
 
 PAYLOAD_KG = 1.0
@@ -21,8 +21,7 @@ def recording_of(evidence, q, camera=False):
     """The recording that sensors would make of a joint motion `q` on the file's rows, all efforts 0; with a camera, too."""
     first = evidence.tracks[0]
     t = np.arange(0, (q.shape[1] - 1) * STEP_S, first.step_s)
-    rows = STEP_S * np.arange(q.shape[1])
-    q = np.array([CubicSpline(rows, x, bc_type="clamped")(t) for x in q])
+    q = np.array([interpolated(x, t / STEP_S) for x in q])
     columns = {"time_s": t, **angles(evidence, q)}
     for name, values in first.columns.items():
         if name not in columns and name != "valid":
