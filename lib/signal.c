@@ -4,9 +4,11 @@
 #include <math.h>
 #include <string.h>
 
-#define EVEN 1e-6    /* steps that agree to this share of a step count as even */
-#define LANES 4      /* outputs that the even kernel computes at once */
-#define FIT_ARRAYS 3 /* arrays of one value a sample that tl_window_fit needs */
+#define EVEN 1e-6      /* steps that agree to this share of a step count as even */
+#define LEAST_RUN 4    /* outputs with even windows from which on a common kernel is made */
+#define TAPS 5         /* weights that are taken together */
+#define BLOCK_ROWS 128 /* outputs that pass a kernel together */
+#define FIT_ARRAYS 3   /* arrays of one value a sample that tl_window_fit needs */
 
 size_t tl_reconstruct_workspace(size_t samples) {
   return FIT_ARRAYS * samples + 3 * samples;
@@ -182,28 +184,53 @@ static tl_status fit_row(const sliding *s, size_t i, size_t *first, size_t *last
   return status;
 }
 
-/* LANES outputs of a symmetric kernel of 2 half + 1 weights at once: value and
- * second derivative have even weights, the first derivative odd ones */
-static void even_lanes(const sliding *s, const double *weight, size_t half, size_t i) {
-  const double *w0 = weight + half, *w1 = w0 + 2 * half + 1, *w2 = w1 + 2 * half + 1, *x = s->x + i;
-  double a0[LANES], a1[LANES], a2[LANES];
+/* three sums for each of n outputs, in the first-level cache while the kernel's weights pass */
+typedef struct even_sums {
+  double value[BLOCK_ROWS], first[BLOCK_ROWS], second[BLOCK_ROWS];
+} even_sums;
+
+/* `taps` weights of a symmetric kernel from j on, on both sides of n outputs at x: value and second derivative
+ * have even weights, the first derivative odd ones. With `taps` a constant the loop over outputs runs in vector
+ * registers, and the sums are fetched and put back once. */
+static inline void add_taps(even_sums *restrict a, const double *restrict x, const double *const w[3],
+                            size_t j, size_t taps, size_t n) {
+  const double *restrict right = x + j, *restrict left = x - j;
+  const double *restrict v = w[0] + j, *restrict f = w[1] + j, *restrict s = w[2] + j;
+  size_t l, k;
+
+  for (l = 0; l < n; l++) {
+    double value = a->value[l], first = a->first[l], second = a->second[l];
+    for (k = 0; k < taps; k++) {
+      double sum = right[l + k] + left[l - k], difference = right[l + k] - left[l - k];
+      value += v[k] * sum;
+      first += f[k] * difference;
+      second += s[k] * sum;
+    }
+    a->value[l] = value;
+    a->first[l] = first;
+    a->second[l] = second;
+  }
+}
+
+/* outputs [i, i + n) by a symmetric kernel of 2 half + 1 weights, n <= BLOCK_ROWS */
+static void even_block(const sliding *s, const double *weight, size_t half, size_t i, size_t n) {
+  const size_t count = 2 * half + 1;
+  const double *const w[3] = {weight + half, weight + count + half, weight + 2 * count + half};
+  const double *x = s->x + i;
+  even_sums a;
   size_t j, l;
 
-  for (l = 0; l < LANES; l++) {
-    a0[l] = w0[0] * x[l];
-    a1[l] = 0.0;
-    a2[l] = w2[0] * x[l];
+  for (l = 0; l < n; l++) {
+    a.value[l] = w[0][0] * x[l];
+    a.first[l] = 0.0;
+    a.second[l] = w[2][0] * x[l];
   }
-  for (j = 1; j <= half; j++) {
-    const double *right = x + j, *left = x - j;
-    for (l = 0; l < LANES; l++) {
-      double sum = right[l] + left[l], difference = right[l] - left[l];
-      a0[l] += w0[j] * sum;
-      a1[l] += w1[j] * difference;
-      a2[l] += w2[j] * sum;
-    }
-  }
-  for (l = 0; l < LANES; l++) store(s, i + l, (double[3]){a0[l], a1[l], a2[l]});
+  for (j = 1; j + TAPS <= half + 1; j += TAPS) add_taps(&a, x, w, j, TAPS, n);
+  for (; j + 1 <= half; j += 2) add_taps(&a, x, w, j, 2, n);
+  if (j == half) add_taps(&a, x, w, j, 1, n);
+  if (s->out[0]) memcpy(s->out[0] + i, a.value, n * sizeof(double));
+  if (s->out[1]) memcpy(s->out[1] + i, a.first, n * sizeof(double));
+  if (s->out[2]) memcpy(s->out[2] + i, a.second, n * sizeof(double));
 }
 
 /* rows [begin, end) whose windows of `half` samples to each side are even */
@@ -213,9 +240,8 @@ static void even_rows(const sliding *s, size_t begin, size_t end, size_t half) {
 
   if (tl_window_weights(s->t_s + begin - half, count, s->t_s[begin], s->w->order, s->work, weight) != TL_OK)
     return;
-  for (i = begin; i + LANES <= end; i += LANES) even_lanes(s, weight, half, i);
-  /* the rest of the run: overlap the last lanes rather than a second path */
-  if (i < end) even_lanes(s, weight, half, end - LANES);
+  for (i = begin; i < end; i += BLOCK_ROWS)
+    even_block(s, weight, half, i, end - i < BLOCK_ROWS ? end - i : BLOCK_ROWS);
 }
 
 /* end of the run of even steps that begins at row i */
@@ -246,13 +272,13 @@ tl_status tl_reconstruct(const tl_window *w, const double *t_s, const double *x,
     size_t begin = i, stop = end;
 
     /* windows that lie wholly within the run, and off the ends of the data, take the kernel */
-    if (2 * half + LANES <= end - i && 2 * half + 1 <= s.room) {
+    if (2 * half + LEAST_RUN <= end - i && 2 * half + 1 <= s.room) {
       begin = i + half;
       stop = end - half;
       while (begin < stop && t_s[begin] < t_s[0] + 0.5 * w->length_s) begin++;
       while (begin < stop && t_s[stop - 1] > t_s[n - 1] - 0.5 * w->length_s) stop--;
     }
-    if (begin == i || stop < begin + LANES) begin = stop = end;
+    if (begin == i || stop < begin + LEAST_RUN) begin = stop = end;
     for (; i < begin; i++)
       if (fit_row(&s, i, &first, &last) != TL_OK) return TL_ERR_WORKSPACE;
     if (begin < stop) even_rows(&s, begin, stop, half);
