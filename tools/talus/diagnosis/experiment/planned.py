@@ -87,7 +87,7 @@ def with_payload(evidence, model):
     """(base parameters, given model) with PAYLOAD_KG at the foot's centre, or half as much again at a single joint."""
     loaded, given = model.copy(), evidence.model.copy()
     for one in (loaded, given):
-        if evidence.at_motor:
+        if "foot_com_m" in one.parameters:
             one.struct.foot_mass_kg += PAYLOAD_KG
         else:
             heavier = [name for name in one.parameters if name in HEAVIER]
