@@ -19,7 +19,7 @@ from talus.diagnosis.experiment import choice  # noqa: E402
 from talus.diagnosis.experiment.gain import Contest, Explanation, Pair  # noqa: E402
 from talus.diagnosis.experiment.menu import TRAJECTORIES, beyond  # noqa: E402
 from talus.diagnosis.experiment.path import STEP_S, Limits, held  # noqa: E402
-from talus.diagnosis.experiment.planned import Planned, with_payload  # noqa: E402
+from talus.diagnosis.experiment.planned import PAYLOAD_KG, Planned, with_payload  # noqa: E402
 from talus.diagnosis.gram import Gram  # noqa: E402
 from talus.diagnosis.search import search  # noqa: E402
 from talus.diagnosis.verdict import judge  # noqa: E402
@@ -185,13 +185,13 @@ def test_a_richer_form_is_judged_where_it_is_true():
 
 def test_payload_is_the_models_foot_with_a_mass_more(twin):
     evidence, model = twin[1].evidence, talus.Model.read(LEG)
-    before, tree = np.array(list(model.base.values())), yaml.safe_load(LEG.read_text())
-    evidence = type("Evidence", (), {"tree": tree, "model": model})
-    base, changed = with_payload(evidence, before)
-    foot = tree["foot"]
-    changed["foot"]["inertia_kg_m2"] = foot["inertia_kg_m2"]
-    assert np.allclose(base, list(talus.Model.from_tree(changed).base.values()), rtol=1e-9)
-    assert base[2] > before[2]
+    evidence = type("Evidence", (), {"model": model})
+    base, given = with_payload(evidence, model)
+    tree = yaml.safe_load(LEG.read_text())
+    tree["foot"]["mass_kg"] += PAYLOAD_KG
+    expected = talus.Model.from_tree(tree).base
+    assert np.allclose(base, list(expected.values()), rtol=1e-9) and given.base == expected
+    assert base[2] > model.base["foot_moment"]
 
 
 # ---- words and files ---------------------------------------------------------------

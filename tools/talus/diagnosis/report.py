@@ -25,7 +25,7 @@ def diagnosis(search, verdict, seed, findings):
     evidence, fit = search.evidence, verdict.fit
     before = figures.Residuals(search, [])
     after = figures.Residuals(search, fit.chosen) if fit.chosen else before
-    entries, maps = where(search, before, fit.chosen[0].key if fit.chosen else None)
+    places, maps = where(search, before, fit.chosen[0].key if fit.chosen else None)
     maps_after = where(search, after)[1] if fit.chosen else maps
     named = verdict.probabilities[0]
     proposal = experiment.propose(search, verdict)
@@ -37,7 +37,7 @@ def diagnosis(search, verdict, seed, findings):
         "effects": [],
         "gap": figures.gap(evidence, before, after, seed),
         "motion": motion.motion(search, fit, before, after),
-        "where": entries,
+        "where": places,
         "confusable": [
             {"effects": [named[1], effect], "joint": joint, "separation": math.log(named[0] / p)}
             for p, effect, joint in verdict.confusable()
