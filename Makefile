@@ -369,7 +369,8 @@ cover: library python-side programs test-programs
 # One hash over the library's results on other machines, compilers and C libraries.
 check-arch:
 	@tools/setup long
-	$(Q)tools/check-arch $(BUILD)/arch
+	$(again) library
+	$(Q)tools/check-arch $(BUILD)
 
 # Everything again under the address and undefined-behaviour sanitizers, in a
 # build folder of its own. Python is not built with them, so it gets their
@@ -509,6 +510,8 @@ help:
 	@echo 'make               build everything into $(BUILD)/ (bin, lib)'
 	@echo 'make demo          hide an effect in a simulated bench, record, identify, diagnose, open the seal; DEMO_SEED'
 	@echo 'make check         static analyser and tests (installs what is missing)'
+	@echo 'make check-arch    one hash over results on other machines, compilers and C libraries'
+	@echo 'make check-coverage branches of the controller that its tests take'
 	@echo 'make check-san     tests under the address and undefined-behaviour sanitizers'
 	@echo 'make check-long    the long tests, and those of make rig'
 	@echo 'make rig           tests on a real kernel with CAN and GPIO, in guests where this one has none'
