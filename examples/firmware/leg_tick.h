@@ -6,8 +6,8 @@
 
 /* What a planner sends and what the encoders show, each with its sender's counter. */
 struct leg_counts {
-  int32_t joint_count[2];      /* 65536 a turn, 0 at joint angle 0 */
-  int32_t speed_count_s[2];    /* counts per second */
+  int32_t joint_count[2];   /* 65536 a turn, 0 at joint angle 0 */
+  int32_t speed_count_s[2]; /* counts per second */
   int32_t desired_count[2], desired_speed_count_s[2];
   int32_t desired_acceleration_count_s2[2];
   uint32_t desired_counter, measured_counter;

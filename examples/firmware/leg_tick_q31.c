@@ -2,7 +2,6 @@
 #include "leg.h"
 #include "leg_tick.h"
 
-
 #define RAD_Q44 1686629713 /* 2 pi / 65536 in Q44: count times it, over 2^15, is Q29 */
 
 static tl_controller_state_q31 state;
