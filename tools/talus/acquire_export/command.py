@@ -40,6 +40,7 @@ LONG = ["dbc=", "model=", "out=", "report=", "rate=", "interface=", "channel=", 
 SHORT = {"-d": "--dbc", "-m": "--model", "-o": "--out", "-q": "--quiet", "-h": "--help"}
 SCHEMA = "talus-export/1"
 LEAST_ROWS = 100  # of a recording
+ROWS_AT_ONCE = 20_000  # that are turned into text
 
 
 # ---- the command line ----------------------------------------------------------------
@@ -193,12 +194,14 @@ def decimals(step):
 
 
 def recording_text(time_ns, values, columns):
-    matrix = np.column_stack([time_ns / 1e9, *values.values()])
-    formats = ["%.7f", *(f"%.{decimals(columns[name].step)}f" for name in values)]
-    out = io.StringIO()
-    out.write(",".join(["time_s", *values]) + "\n")
-    np.savetxt(out, matrix, fmt=",".join(formats))
-    return out.getvalue()
+    """The recording's bytes, some thousand rows at a time."""
+    formats = ",".join(["%.7f", *(f"%.{decimals(columns[name].step)}f" for name in values)])
+    yield (",".join(["time_s", *values]) + "\n").encode()
+    for first in range(0, len(time_ns), ROWS_AT_ONCE):
+        rows = slice(first, first + ROWS_AT_ONCE)
+        out = io.StringIO()
+        np.savetxt(out, np.column_stack([time_ns[rows] / 1e9, *(value[rows] for value in values.values())]), fmt=formats)
+        yield out.getvalue().encode()
 
 
 def delays_of(found, groups):
@@ -277,7 +280,7 @@ def main(arguments):
         options.check()
         findings = Findings()
         text, summary = export(options, findings)
-        outputs.write_text(options.given["out"], text)
+        outputs.write(options.given["out"], text)
         write_report(options, findings, summary)
         tell(options, findings, summary)
         return 1 if findings.lost else 0

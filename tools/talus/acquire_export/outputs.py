@@ -7,22 +7,22 @@ import stat
 from .refused import Refused
 
 
-def write(path, content):
-    """Bytes to a path; a device or pipe is written as it is."""
+def write(path, chunks):
+    """Bytes, piece by piece, to a path; a device or pipe is written as it is."""
     try:
         if os.path.exists(path) and not stat.S_ISREG(os.stat(path).st_mode):
             with open(path, "wb") as file:
-                file.write(content)
+                fill(file, path, chunks)
             return
         target = os.path.realpath(path)
         temporary = f"{target}.tmp-{os.getpid()}"
         try:
             with open(temporary, "xb") as file:
-                file.write(content)
+                fill(file, path, chunks)
                 file.flush()
                 os.fsync(file.fileno())
             os.replace(temporary, target)
-        except OSError:
+        except BaseException:
             if os.path.exists(temporary):
                 os.unlink(temporary)
             raise
@@ -30,6 +30,15 @@ def write(path, content):
         raise Refused(1, f"{path}: cannot be written: {error.strerror}") from error
 
 
+def fill(file, path, chunks):
+    """The same bytes at any time of day: no name and no time in a compressed file's header."""
+    if not str(path).endswith(".gz"):
+        file.writelines(chunks)
+        return
+    with gzip.GzipFile(filename="", mode="wb", compresslevel=6, fileobj=file, mtime=0) as compressed:
+        for chunk in chunks:
+            compressed.write(chunk)
+
+
 def write_text(path, text):
-    content = text.encode()
-    write(path, gzip.compress(content, 6, mtime=0) if str(path).endswith(".gz") else content)
+    write(path, [text.encode()])

@@ -235,5 +235,7 @@ def fill(record, names, parts):
     width = max(part[4].shape[1] for part in parts)
     for part in parts:
         part[4] = np.pad(part[4], ((0, 0), (0, width - part[4].shape[1])))
-    joined = [np.concatenate(column) for column in zip(*parts, strict=True)]
+    columns = [list(column) for column in zip(*parts, strict=True)]
+    parts.clear()
+    joined = [np.concatenate(columns.pop(0)) for _ in range(len(columns))]  # each freed before the next is made
     record.time_ns, record.source, record.identifier, record.length, record.data, record.line = joined
