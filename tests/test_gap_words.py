@@ -71,28 +71,28 @@ def test_figures_in_readable_units(figures, x, text):
     assert words.Scale("Nm", figures).text(x) == text
 
 
-@pytest.mark.parametrize(("parameter", "joint", "unit"), [
-    ("extra_Nm", "knee", "Nm"), ("extra_Nm", "slider", "N"), ("speed_rad_s", "slider", "m/s"), ("viscous_Nms_rad", "slider", "Ns/m"),
-    ("stiffening_Nm_rad3", "slider", "N/m³"), ("wave_1_rad", "slider", "1/m"), ("compliance_rad_Nm", "slider", "m/N"),
-    ("frequency_Hz_2", "base", "Hz"), ("exponent", "slider", ""), ("share_per_10_C", "ankle", "per 10 °C"),
-    ("coulomb_Nm_10K", "slider", "N per 10 K"), ("sway_m_N", "base", "m/N"), ("delay_s", "slider", "s")])  # fmt: skip
-def test_units_of_parameters(parameter, joint, unit):
-    assert words.unit(parameter, joint) == unit
+@pytest.mark.parametrize(("parameter", "rotary", "straight"), [
+    ("extra_Nm", "Nm", "N"), ("speed_rad_s", "rad/s", "m/s"), ("viscous_Nms_rad", "Nms/rad", "Ns/m"), ("exponent", "", ""),
+    ("stiffening_Nm_rad3", "Nm/rad³", "N/m³"), ("wave_1_rad", "1/rad", "1/m"), ("compliance_rad_Nm", "rad/Nm", "m/N"),
+    ("frequency_Hz_2", "Hz", "Hz"), ("share_per_10_C", "per 10 °C", "per 10 °C"), ("coulomb_Nm_10K", "Nm per 10 K", "N per 10 K"),
+    ("sway_m_N", "m/N", "m/N"), ("delay_s", "s", "s")])  # fmt: skip
+def test_units_of_parameters(parameter, rotary, straight):
+    assert (words.unit(parameter), words.unit(parameter, straight=True)) == (rotary, straight)
 
 
 def test_every_parameter_of_a_model_file_has_its_unit():
     """But for shares, exponents, counts, and a droop, whose unit hangs on its exponent."""
     every = {p.name for name in kinds.ids() for p in kinds.kind_of(name).parameters}
-    without = {name for name in every if not words.unit(name, "knee")}
+    without = {name for name in every if not words.unit(name)}
     plain = ("share", "exponent", "coefficient", "per_turn", "power", "ratio", "driving", "excess", "too", "side", "droop_1_Nm")
     assert {name for name in without if not name.endswith(plain)} == set()
 
 
 def test_a_slider_has_forces():
     found = report("stribeck", "slider", 0.9, [("stribeck", "slider")], slider=gap(5.0, 3.0, 1.0, 0.7, "N"))
-    assert "the slider's error from 5 to 3 N" in words.sentence(found)
-    assert words.cause("torque_constant", "slider") == "a force constant that is not the given one (torque constant) at the slider"
-    assert words.of_slider("0.3 rad/s, 2 rad², 4 mNm and 5 Nms/rad of torque") == "0.3 m/s, 2 m², 4 mN and 5 Ns/m of force"
+    assert "the slider's error from 5 to 3 N" in words.sentence(found) and words.is_linear(found)
+    assert words.cause("torque_constant", "slider", True) == "a force constant that is not the given one (torque constant) at the slider"
+    assert words.linear("0.3 rad/s, 2 rad², 4 mNm and 5 Nms/rad of torque") == "0.3 m/s, 2 m², 4 mN and 5 Ns/m of force"
 
 
 def test_what_has_no_joint_is_not_said_to_be_at_one():

@@ -7,7 +7,7 @@ import numpy as np
 from .effects import EFFECTS, places
 from .gram import RIDGE
 from .kinds import kind_of
-from .words import SLIDER, of_slider
+from .words import linear
 
 LARGEST = 0.1  # of the measured torque (RMS): an effect that must be larger to show is called not observable
 OFFSETS = {"torque_offset": "torque_offset_Nm", "force_offset": "force_offset_N"}  # base parameters of single joints
@@ -50,7 +50,7 @@ def not_observable(search):
         took = offset(search.evidence) if effect.in_offset else ""
         why = reason(shares.get(key), lacks_sensor, took)
         if why and not (lacks_sensor and effect.of_load_sensor):  # there is none that could be wrong
-            out.append({"effect": key[0], "joint": key[1], "why": of_slider(why) if key[1] == SLIDER else why})
+            out.append({"effect": key[0], "joint": key[1], "why": linear(why) if search.evidence.model.torque_unit == "N" else why})
     return out
 
 

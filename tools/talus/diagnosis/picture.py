@@ -143,10 +143,11 @@ def _effect(out, number, effect, report):
     """What was added, with its parameters."""
     gap = report["gap"].get(effect["joint"]) or next(iter(report["gap"].values()))
     scale = Scale(gap["unit"], [effect["gap_before"], effect["gap_after"]])
-    rows = [[name, f"{value:.4g}", words.unit(name, effect["joint"])] for name, value in effect["parameters"].items()]
+    straight = words.is_linear(report)
+    rows = [[name, f"{value:.4g}", words.unit(name, straight)] for name, value in effect["parameters"].items()]
     rows += [["probability", f"{effect['probability']:.4f}", ""], ["error before", scale.number(effect["gap_before"]), scale.unit],
              ["error after", scale.number(effect["gap_after"]), scale.unit]]  # fmt: skip
-    out.table(f"{number}. {words.cause(effect['effect'], effect['joint'])}", ["parameter", "value", "unit"], rows)
+    out.table(f"{number}. {words.cause(effect['effect'], effect['joint'], straight)}", ["parameter", "value", "unit"], rows)
 
 
 def _where(out, report):

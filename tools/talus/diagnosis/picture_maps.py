@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 
 from .where import ORDERS
-from .words import Scale, of_slider
+from .words import Scale, linear
 
 COORDINATES = {  # in words, and the unit
     "position": ("position", "rad"), "velocity": ("velocity", "rad/s"), "acceleration": ("acceleration", "rad/s²"),
@@ -47,13 +47,13 @@ class Shown:
 
 def coordinate_unit(coordinate, straight):
     unit = COORDINATES[coordinate][1]
-    return of_slider(unit) if straight else unit
+    return linear(unit) if straight else unit
 
 
 def coordinate_label(coordinate, straight):
     """A coordinate of `where` in words, with its unit."""
     label = f"{COORDINATES[coordinate][0]} [{coordinate_unit(coordinate, False)}]"
-    return of_slider(label) if straight else label
+    return linear(label) if straight else label
 
 
 def maps(out, found):

@@ -6,7 +6,7 @@ import math
 from . import experiment, figures, motion
 from .hidden import not_observable
 from .where import where
-from .words import of_slider
+from .words import linear
 
 SCHEMA = "talus-gap/1"
 
@@ -29,7 +29,7 @@ def diagnosis(search, verdict, seed, findings):
     maps_after = where(search, after)[1] if fit.chosen else maps
     named = verdict.probabilities[0]
     proposal = experiment.propose(search, verdict)
-    why = of_slider(proposal.why) if evidence.model.coordinate_unit == "m" else proposal.why
+    why = linear(proposal.why) if evidence.model.torque_unit == "N" else proposal.why
     report = {
         "schema": SCHEMA,
         "verdict": entry(*named),

@@ -6,7 +6,6 @@ from .effects import EFFECTS
 
 LIKELY, CERTAIN = 0.5, 0.8  # probabilities from which a cause is called so
 HARDLY = 0.1  # of the gap is closed
-SLIDER = "slider"  # the joint whose motion is linear
 UNITS = {  # by the end of a parameter's name
     "Nm": "Nm", "Nm_rad": "Nm/rad", "Nm_rad2": "Nm/rad²", "Nm_rad3": "Nm/rad³", "Nm_rad4": "Nm/rad⁴", "Nms_rad": "Nms/rad",
     "Nm_10K": "Nm per 10 K", "Nms_rad_10K": "Nms/rad per 10 K", "per_10_C": "per 10 °C",
@@ -42,26 +41,31 @@ def at(effect, joint):
     return name(effect) if joint == "none" else f"{name(effect)} at the {joint}"
 
 
-def of_slider(text):
-    """Words or a unit of a rotary joint as those of a slider: force for torque, N for Nm, m for rad."""
+def linear(text):
+    """Words or a unit of a rotary joint as those of one that moves straight: force for torque, N for Nm, m for rad."""
     text = text.replace("torque", "force")
     return re.sub(r"(?<![A-Za-z_])rad(?![A-Za-z_])", "m", re.sub(r"(?<![A-Za-z_])(m?N)m(?=s?(?![A-Za-z_]))", r"\1", text))
 
 
-def unit(parameter, joint):
-    """The unit of an effect's parameter at a joint; "" where it has none."""
+def is_linear(report):
+    """Does the joint move straight, under forces?"""
+    return any(gap["unit"] == "N" for gap in report["gap"].values())
+
+
+def unit(parameter, straight=False):
+    """The unit of an effect's parameter at a rotary joint, or one that moves straight; "" where it has none."""
     plain = re.sub(r"_\d+$", "", parameter)  # of a second order or mode
     ends = [end for end in UNITS if plain.endswith(f"_{end}")]
     found = UNITS[max(ends, key=len)] if ends else ""
-    return of_slider(found) if joint == SLIDER else found
+    return linear(found) if straight else found
 
 
-def cause(effect, joint):
+def cause(effect, joint, straight=False):
     """An effect in plain words, with its name and place."""
     if effect not in EFFECTS:
         return at(effect, joint)
     plain = EFFECTS[effect].words
-    return f"{of_slider(plain) if joint == SLIDER else plain} ({name(effect)}) at the {joint}"
+    return f"{linear(plain) if straight else plain} ({name(effect)}) at the {joint}"
 
 
 def is_poor(report):
@@ -108,8 +112,8 @@ def sentence(report):
         if not report["effects"]:
             return head
         first = report["effects"][0]
-        return f"{head} What comes nearest is {cause(first['effect'], first['joint'])}: {closing(report)}."
-    named = cause(verdict["effect"], verdict["joint"])
+        return f"{head} What comes nearest is {cause(first['effect'], first['joint'], is_linear(report))}: {closing(report)}."
+    named = cause(verdict["effect"], verdict["joint"], is_linear(report))
     if verdict["probability"] < LIKELY:
         return f"The cause of the gap is not certain. Likeliest is {named} ({sure}): {closing(report)}."
     how = "comes" if verdict["probability"] >= CERTAIN else "most likely comes"
