@@ -8,9 +8,8 @@ from talus.diagnosis import effects, kinds
 from talus.diagnosis.experiment.menu import BEYOND, TRAJECTORIES
 
 DIAGNOSIS = REPOSITORY / "tools/talus/diagnosis"
-# the judge of the withheld cases, which draws effects in forms of its own and must not follow the diagnosis; the stepped
-# columns and laws of the catalogue, which the entries name
-MAY_NAME_THEM = {REPOSITORY / "tools/talus/blind/effects.py", *DIAGNOSIS.glob("catalogue/*.py"), *DIAGNOSIS.glob("effects/*.py")}
+# the judge of the withheld cases draws effects in forms of its own and must not follow the diagnosis
+MAY_NAME_THEM = {REPOSITORY / "tools/talus/blind/effects.py", *DIAGNOSIS.glob("effects/*.py")}
 COORDINATES = {"position", "velocity", "acceleration", "load", "current", "time", "reversal", "motor_angle", "frequency", "encoder"}
 
 

@@ -1,4 +1,4 @@
-"""tools/talus/diagnosis/catalogue/friction.py, on a bench that shares no code with the library."""
+"""tools/talus/diagnosis/effects/presliding.py, on a bench that shares no code with the library."""
 
 from hidden_effect import bench_with, diagnosed
 

@@ -1,4 +1,4 @@
-"""tools/talus/diagnosis/catalogue/leg.py: a mount with two modes, on a bench that shares no code with the library."""
+"""tools/talus/diagnosis/effects/base_compliance.py: a mount with two modes, on a bench that shares no code with the library."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""tools/talus/diagnosis/catalogue/transmission.py: springs behind the knee's gear, on a bench that shares no code with the library."""
+"""tools/talus/diagnosis/effects/elasticity.py: springs behind the knee's gear, on a bench that shares no code with the library."""
 
 import pytest
 from hidden_effect import bench_with, diagnosed

@@ -9,6 +9,7 @@ import numpy as np
 COLUMN_PENALTY = 0.35  # of the logarithm, for each further column
 AT_LIMIT = 0.01  # of a step: nearer to a limit than this, a value stands there
 UNUSUAL_WIDTH = 0.5  # of the logarithm of a size beyond what is usual
+BESIDE_A_SENSOR = 0.3  # prior of what a wrong constant, or the sensor's zero, is likelier to be
 
 
 def usual(size, low, high):

@@ -62,9 +62,14 @@ class Place:
         return abs(self.gear) * (max(high for _, high in ends) - min(low for low, _ in ends))
 
     @property
+    def is_straight(self):
+        """Does the joint move along a line, in m, and not about an axis?"""
+        return self.evidence.model.coordinate_unit == "m"
+
+    @property
     def travels(self):
         """Does the joint turn far enough for position to be told from load?"""
-        if self.evidence.model.coordinate_unit == "m":
+        if self.is_straight:
             return True
         return self.extent.half_range[self.number] > LEAST_HALF_RANGE_RAD and not self.is_held
 

@@ -1,12 +1,32 @@
 """Motor torque that is periodic in the motor's angle, whatever the current."""
 
-from ..catalogue import drive
+from ..catalogue.ripple import FEWEST_WAVES_RAD, fades
 from .entry import Effect
+
+COGGING_ORDERS = (*range(5, 25), 28, 30, 32, 36, 40, 42, 48, 54, 60, 72, 84)
+LAST_WITH_OVERTONE = 42
+
+
+def candidates(at):
+    if at.evidence.velocity_only:
+        return
+    most = at.extent.motor_Nm[at.number] / abs(at.gear)
+    ripple, overtone = ("sine_Nm", "cosine_Nm"), ("overtone_sine_Nm", "overtone_cosine_Nm")
+
+    for order, fades_Hz in ((k, f) for k in COGGING_ORDERS for f in fades(at) if k * at.motor_range > FEWEST_WAVES_RAD):
+        name = f", fading at {fades_Hz:g} Hz" if fades_Hz else ""
+        shapes = {"per_turn": float(order), "fades_Hz": fades_Hz}
+        make = lambda form, names, shapes=shapes: at.of_law(
+            "cogging", form, [{n: 1.0} for n in names], shapes, low=(-most,) * len(names), high=(most,) * len(names))
+        yield make(f"{order} per turn{name}", ripple)
+        if order <= LAST_WITH_OVERTONE:
+            yield make(f"{order} and {2 * order} per turn{name}", ripple + overtone)
+
 
 EFFECT = Effect(
     id="cogging",
     words="a motor torque that repeats with the turn, without current",
-    candidates=drive.cogging,
+    candidates=candidates,
     coordinates=("motor_angle",),
     trajectory="fast_multisine",
     several=True,

@@ -1,12 +1,30 @@
 """A constant added to the measured current."""
 
-from ..catalogue import drive
+import numpy as np
+
+from ..catalogue.candidate import BESIDE_A_SENSOR, usual
 from .entry import Effect
+
+USUAL_OFFSET_A, LARGEST_OFFSET_A = (0.02, 0.2), 0.5
+
+
+def candidates(at):
+    shape = "beside a sensor" if at.evidence.load_sensor else "constant"
+
+    def prior(x):
+        if at.evidence.at_motor:
+            return usual(abs(x[0]) / at.evidence.tree[at.name]["torque_constant_Nm_A"], *USUAL_OFFSET_A)
+        return BESIDE_A_SENSOR if at.evidence.load_sensor else 1.0
+
+    # beside a spring with a preload an offset could be anything, and both together nearly nothing
+    most = LARGEST_OFFSET_A * at.evidence.tree[at.name]["torque_constant_Nm_A"] if at.evidence.at_motor else np.inf
+    yield at.of_law("current_offset", shape, [{"torque_Nm": 1.0}], low=(-most,), high=(most,), prior=prior)
+
 
 EFFECT = Effect(
     id="current_offset",
     words="a constant error of the current",
-    candidates=drive.current_offset,
+    candidates=candidates,
     coordinates=("current", "velocity", "position"),
     needs="rest",
     one_form=True,

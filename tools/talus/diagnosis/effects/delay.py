@@ -1,12 +1,28 @@
 """Currents and angles that are sampled at different instants."""
 
-from ..catalogue import drive
 from .entry import Effect
+
+# the delay itself is a strength: these are where it is linear
+DELAYS_S = (-0.020, -0.015, -0.010, -0.006, -0.003, -0.001, 0.001, 0.003, 0.006, 0.010, 0.015, 0.020)
+# of a leg's drives: less than a tenth of a millisecond is nothing, and more than two samples of its recordings no sampling
+DELAY_OF_A_LEG_S = (0.0001, 0.010)
+
+
+def candidates(at):
+    """A current that is later than the angles; beside a sensor at the output, where the current is known and a late one tells
+    of an earlier instant, also both later than the sensor."""
+    least, most = DELAY_OF_A_LEG_S if at.evidence.at_motor else (0.0, max(DELAYS_S))
+    for near_s in (s for s in DELAYS_S if least < abs(s) <= most):
+        near, limits = f"near {1e3 * near_s:g} ms", ((least,), (most,)) if near_s > 0 else ((-most,), (-least,))
+        for form, saved in ((near, {}), (f"{near}, angles too", {"angles_too": 1.0}))[:2 if at.evidence.load_sensor else 1]:
+            yield at.of_law("delay", form, [{"delay_s": 1.0}], {"near_s": near_s, **saved}, saved=([{"delay_s": 1.0}], saved), low=limits[0],
+                            high=limits[1])  # fmt: skip
+
 
 EFFECT = Effect(
     id="delay",
     words="currents and angles taken at different instants",
-    candidates=drive.delay,
+    candidates=candidates,
     coordinates=("acceleration", "frequency", "reversal"),
     trajectory="fast_multisine",
 )

@@ -1,12 +1,21 @@
 """A gear's losses in proportion to power, which differ between driving and back-driving."""
 
-from ..catalogue import friction
+from ..catalogue.carried_load import carried_loads
 from .entry import Effect
+
+
+def candidates(at):
+    if not at.carries_both_ways:
+        return
+    for name, shares in carried_loads(at):
+        yield at.of_law("directional_efficiency", name, [{"driving": 1.0}, {"back_driving": 1.0}], shares, low=(0.0, 0.0),
+                        high=(0.6, 0.6))  # fmt: skip
+
 
 EFFECT = Effect(
     id="directional_efficiency",
     words="losses that differ between driving and being driven",
-    candidates=friction.directional_efficiency,
+    candidates=candidates,
     coordinates=("load", "current"),
     needs="known mass",
 )

@@ -1,12 +1,22 @@
 """A bench, or its encoders' zero, that is tilted against gravity."""
 
-from ..catalogue import leg
+from ..catalogue.candidate import Candidate, named, usual
+from ..catalogue.law import column
 from .entry import Effect
+
+USUAL_TILT_RAD = (0.017, 0.087)
+
+
+def candidates(at):
+    tilt = column("gravity_tilt", (0, 1), {"tilt_rad": 1.0}, {})
+    yield Candidate("gravity_tilt", at.name, "tilt", (tilt,), named("tilt_rad"), (-0.2,), (0.2,),
+                    prior=lambda x: usual(abs(x[0]), *USUAL_TILT_RAD))  # fmt: skip
+
 
 EFFECT = Effect(
     id="gravity_tilt",
     words="a bench that is not upright",
-    candidates=leg.gravity_tilt,
+    candidates=candidates,
     coordinates=("position",),
     needs="turned base",
     one_form=True,

@@ -1,12 +1,27 @@
 """Dimensions of the ankle's linkage that are not the model's."""
 
-from ..catalogue import leg
+from talus import lib
+
+from ..catalogue.candidate import Candidate, named
+from ..catalogue.law import column
+from ..kinds import kind_of
 from .entry import Effect
+
+
+def candidates(at):
+    if at.evidence.transmissions[at.number].struct.kind != lib.TL_TRANSMISSION_SCREW_LINKAGE:
+        return
+    known = {parameter.name: parameter for parameter in kind_of("linkage_error").strengths}
+    made = {name: column("linkage_error", (at.number,), {name: 1.0}, {}) for name in known}
+    for names in (("AB_m",), ("BO_m",), ("AC_m",), ("BOF_rad",), ("AB_m", "BO_m"), ("BO_m", "AC_m")):
+        low, high = zip(*((known[name].low, known[name].high) for name in names))  # two lengths far off make a wave together
+        yield Candidate("linkage_error", at.name, " and ".join(names), tuple(made[n] for n in names), named(*names), low, high)
+
 
 EFFECT = Effect(
     id="linkage_error",
     words="a linkage whose dimensions are not the drawing's",
-    candidates=leg.linkage_error,
+    candidates=candidates,
     coordinates=("position", "encoder"),
     needs="camera",
 )

@@ -1,12 +1,50 @@
 """Friction that grows with the torque that the gear carries."""
 
-from ..catalogue import friction
+import numpy as np
+
+from ..catalogue.candidate import Family
+from ..catalogue.carried_load import carried_loads
+from ..catalogue.law import law_at
 from .entry import Effect
+
+LARGEST_SHARE = 0.45  # of the load, lost in a gear in use
+LOAD_POWERS = (1.5, 2.0)
+OWN_COEFFICIENTS, OWN_WITHIN = (0.05, 0.07, 0.1, 0.14, 0.2, 0.28, 0.4), 1.2
+
+
+def candidates(at):
+    if not at.carries_both_ways:
+        return
+    within = {"low": (0.0,), "high": (LARGEST_SHARE,)}
+    for name, shares in carried_loads(at):
+        yield at.of_law("load_friction", name, [{"coefficient": 1.0}], shares, **within)
+        scale = _largest_load(at, shares)
+        for power in LOAD_POWERS:
+            shapes = {"exponent": power, "scale_Nm": scale, **shares}
+            yield at.of_law("load_friction", f"{name}, power {power:g}", [{"coefficient": 1.0}], shapes, **within)
+    for own in () if at.evidence.load_sensor else OWN_COEFFICIENTS:
+        yield _of_the_motors_torque(at, own)
+
+
+def _largest_load(at, shares):
+    """But for extremes, over all recordings."""
+    grown = lambda scene: law_at(scene, at.number, "load_friction", "coefficient", shares)
+    return float(max(np.quantile(np.abs(grown(scene)), 0.98) for scene in at.scenes)) + 1e-12
+
+
+def _of_the_motors_torque(at, own):
+    """Friction that the motor's torque makes carries itself: T = X + c |T| slip, solved for T with the coefficient `own`, of
+    which the strength found must come near."""
+    shapes = {"rotor_share": 1.0, "friction_share": 1.0, "own_coefficient": float(own)}
+    make = lambda own: _of_the_motors_torque(at, own)
+    return at.of_law("load_friction", f"the motor's, {own:g}", [{"coefficient": 1.0}], shapes, low=(own / OWN_WITHIN,),
+                     high=(own * OWN_WITHIN,), family=Family(make, (own,), (1.3,), (0.03,), (0.5,)))  # fmt: skip
+
 
 EFFECT = Effect(
     id="load_friction",
     words="friction that grows with the load",
-    candidates=friction.load_friction,
+    candidates=candidates,
     coordinates=("load", "current", "acceleration"),
     needs="known mass",
 )

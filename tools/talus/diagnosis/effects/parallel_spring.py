@@ -1,12 +1,46 @@
 """Elastic torque in parallel with the joint."""
 
-from ..catalogue import transmission
+from ..catalogue.candidate import usual
 from .entry import Effect
+
+USUAL_SPRING_NM_RAD = (1.0, 15.0)
+BUMPER_BEGINS = (0.0, 0.3, 0.6)  # of half the range
+
+
+def candidates(at):
+    # a sensor at the output twists with its load: angle and torque then look like a spring
+    if at.evidence.velocity_only or at.evidence.load_sensor or not at.travels:
+        return
+    j, middle, half = at.number, at.extent.middle[at.number], at.extent.half_range[at.number]
+    names = ("preload_Nm", "stiffness_Nm_rad", "bend_Nm_rad2", "stiffening_Nm_rad3")
+
+    def make(form, powers, low=None):
+        return at.of_law("parallel_spring", form, [{names[p]: 1.0} for p in powers], low=low, prior=lambda x: likely(powers, x))
+
+    def likely(powers, strengths):
+        """By the mean stiffness over the range."""
+        if not at.evidence.at_motor:
+            return 1.0
+        ends = [sum(x * q**p for p, x in zip(powers, strengths)) for q in (middle - half, middle + half)]
+        return usual(abs(ends[1] - ends[0]) / (2 * half), *USUAL_SPRING_NM_RAD)
+
+    yield make("line", (1,), (0.0,))
+    yield make("cube", (3,), (0.0,))
+    yield make("line and cube", (1, 3))
+    yield make("polynomial", (1, 2, 3))
+    yield make("polynomial and preload", (0, 1, 2, 3))
+    if at.evidence.at_motor:
+        yield make("line and preload", (1, 0))
+    for side in (-1, 1):
+        for begin in BUMPER_BEGINS:
+            shapes = {"bumper_rad": float(middle + side * begin * half), "bumper_side": float(side)}
+            yield at.of_law("parallel_spring", f"bumper at {side * begin:g}", [{"bumper_Nm_rad": 1.0}], shapes, low=(0.0,))
+
 
 EFFECT = Effect(
     id="parallel_spring",
     words="a spring beside the joint",
-    candidates=transmission.parallel_spring,
+    candidates=candidates,
     coordinates=("position",),
     needs="turned base",
 )

@@ -1,12 +1,17 @@
 """The zero of the torque sensor at the output."""
 
-from ..catalogue import drive
 from .entry import Effect
+
+
+def candidates(at):
+    if at.evidence.load_sensor:
+        yield at.of_law("sensor_offset", "constant", [{"offset_Nm": 1.0}])
+
 
 EFFECT = Effect(
     id="sensor_offset",
     words="a constant error of the torque sensor",
-    candidates=drive.sensor_offset,
+    candidates=candidates,
     in_offset=True,
     of_load_sensor=True,
 )

@@ -1,11 +1,30 @@
 """Friction above Coulomb's near standstill."""
 
-from ..catalogue import friction
+from ..catalogue.candidate import Family
 from .entry import Effect
+
+STRIBECK_SPEEDS_RAD_S = (0.02, 0.04, 0.07, 0.12, 0.2, 0.3, 0.45)
+
+
+def candidates(at):
+    j, speed = at.number, at.extent.speed[at.number]
+    speeds = [x * speed for x in (0.02, 0.05, 0.1)] if at.is_straight else STRIBECK_SPEEDS_RAD_S
+
+    def falling(width, power):
+        return at.of_law("stribeck", f"power {power:g}, {width:.3g} rad/s", [{"extra_Nm": 1.0}],
+                         {"speed_rad_s": float(width), "exponent": power}, low=(0.02 * at.coulomb_Nm,),
+                         high=(1.5 * at.usual_coulomb_Nm,), family=Family(falling, (width, power), (1.5, 0.5),
+                         (speeds[0] / 2, 0.5), (0.25 * speed, 2.0)))  # fmt: skip
+
+    for power in (1.0, 2.0):
+        for width in speeds:
+            if width <= 0.25 * speed:  # wider is viscous friction under another name
+                yield falling(width, power)
+
 
 EFFECT = Effect(
     id="stribeck",
     words="friction that is higher near standstill",
-    candidates=friction.stribeck,
+    candidates=candidates,
     coordinates=("velocity", "reversal"),
 )

@@ -1,12 +1,22 @@
 """A torque constant that is wrong by a factor, which a torque sensor at the output shows."""
 
-from ..catalogue import drive
+from ..catalogue.candidate import Candidate, named
 from .entry import Effect
+
+
+def candidates(at):
+    if not at.evidence.load_sensor:
+        return
+    j = at.number
+    gain = at.reading_column(lambda s: s.given_drive_Nm[j])
+    # the reading is the load: the drive gives (1 + excess) of what its constant says
+    yield Candidate("torque_constant", at.name, "scale", (gain,), named("excess"), (-0.6,), (1.5,))
+
 
 EFFECT = Effect(
     id="torque_constant",
     words="a torque constant that is not the given one",
-    candidates=drive.torque_constant,
+    candidates=candidates,
     needs="known mass",
     scales_drive=True,
 )

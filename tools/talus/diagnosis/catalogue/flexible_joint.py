@@ -1,0 +1,32 @@
+"""A joint that a spring or a gap parts from its motor: where one can be told, and the library's shapes of it."""
+
+MOST_STEPS, LARGEST_STEP = 60, 1.0  # of a link for one sample; and beyond so many rad a stepped oscillation grows
+STIFFNESSES_NM_RAD = (200, 400, 800, 1500, 3000, 6000, 12000)
+MOTOR_SHARE = 0.15  # of the joint's own inertia that turns with its motor: a knee's rotor through its ratio
+KNEE_MOTOR_SHARES = (0.15, 0.4)
+
+
+def motor_shares(at):
+    """An ankle's rotor is known."""
+    return KNEE_MOTOR_SHARES if at.evidence.at_motor and at.number == 0 else (MOTOR_SHARE,)
+
+
+def is_out_of_sight(at):
+    """Where no link behind the motor can be told: without an angle, or with the load measured before the link; or so
+    light a link that its oscillation cannot be stepped."""
+    if at.evidence.velocity_only or at.evidence.load_sensor:
+        return True
+    fastest = at.scenes[0].link_rad_s(at.number, 0.0, max(STIFFNESSES_NM_RAD))
+    return not all(scene.step_s * fastest < MOST_STEPS * LARGEST_STEP for scene in at.scenes)
+
+
+def link_shapes(at, stiffness, dry, viscous, motor, damping_ratio, **form):
+    """The library's shapes of a spring or a gap: damping over stiffness from the link's damping ratio."""
+    damping_s = 2 * damping_ratio / at.scenes[0].link_rad_s(at.number, motor, stiffness)
+    return {"stiffness_Nm_rad": stiffness, "damping_s": damping_s, "friction_share": dry, "viscous_share": viscous,
+            "motor_share": motor, **form}  # fmt: skip
+
+
+def sides_in_words(dry, viscous, motor):
+    """What of a joint stands on which side, in words."""
+    return f", {dry:g} of dry and {viscous:g} of viscous friction at the link, rotor {motor:g}"

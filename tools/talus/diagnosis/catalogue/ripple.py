@@ -1,0 +1,14 @@
+"""Torques that are periodic in the motor's angle: how much of them a recording shows."""
+
+import numpy as np
+
+# A ripple that position control does not hold shakes the motor instead, and the recorded acceleration shows of that what
+# the reconstruction's window leaves: half at 1.67 of the low-pass frequency, falling with the fourth power
+SHOWN_UP_TO = 1.67
+FEWEST_WAVES_RAD = 2 * np.pi * 1.5  # what has not gone through more than one period is not known to have any
+
+
+def fades(at):
+    """Frequencies at which half of a ripple shows; 0: all of it, whatever its frequency."""
+    window = SHOWN_UP_TO * at.evidence.tracks[0].recording.score.lowpass_hz
+    return (window,) if at.evidence.at_motor else (0.0, window)
