@@ -51,7 +51,7 @@ typedef struct tl_flexible_joint {
   double motor_share; /* of the joint's own inertia that turns with its motor */
   double soft_rad, soft_share, hardening_Nm_rad3, drag_Nm; /* as in tl_two_mass */
 } tl_flexible_joint;
-void tl_columns_link(tl_effect_prepared *p, const tl_flexible_joint *link, int joint,
+void tl_columns_link(tl_effect_prepared *p, const tl_flexible_joint *f, int joint,
                      const tl_effect_wanted *wanted);
 /* What swings on a spring under minus a load: I x'' + d x' + k x = -load. */
 typedef struct tl_columns_spring {

@@ -7,14 +7,13 @@ import os
 import numpy as np
 import pytest
 import yaml
+from gap_in_process import recorded
 from support import BUILD, REPOSITORY, data, needs_data, run
 
 import talus
 
 os.environ.setdefault("TALUS_BUILD", str(BUILD))
 
-from talus.diagnosis import command  # noqa: E402
-from talus.diagnosis.evidence import Evidence  # noqa: E402
 from talus.diagnosis.experiment import choice  # noqa: E402
 from talus.diagnosis.experiment.gain import Contest, Explanation, Pair  # noqa: E402
 from talus.diagnosis.experiment.menu import TRAJECTORIES, beyond  # noqa: E402
@@ -44,11 +43,7 @@ def simulate(folder, name, *more):
 
 def searched(folder, *recordings):
     """(search, verdict) of recordings, in this process."""
-    options = command.Options(["-m", str(LEG), "-r", str(folder / "gap.json"), *map(str, recordings)])
-    options.check()
-    _, tree = command.identify(options)
-    given, identified = talus.Model.read(LEG), talus.Model.from_tree(tree)
-    evidence = Evidence(given, command.read_tracks(options, tree, given), tree)
+    evidence, identified = recorded(LEG, folder, *recordings)
     found, fit = search(evidence, list(identified.base.values()))
     return found, judge(found, fit)
 
@@ -183,7 +178,8 @@ def test_a_richer_form_is_judged_where_it_is_true():
     assert option.reached(4) == [] and option.repeats() == 4
 
 
-def test_payload_is_the_models_foot_with_a_mass_more(twin):
+def test_payload_is_a_mass_at_the_foots_centre(twin):
+    """m d more of moment, m d^2 more of inertia; the given model carries the mass, too."""
     evidence, model = twin[1].evidence, talus.Model.read(LEG)
     evidence = type("Evidence", (), {"model": model})
     base, given = with_payload(evidence, model)

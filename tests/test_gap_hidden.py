@@ -6,14 +6,14 @@ import os
 import numpy as np
 import pytest
 import yaml
+from gap_in_process import recorded
 from support import BUILD, REPOSITORY, run
 
 import talus
 
 os.environ.setdefault("TALUS_BUILD", str(BUILD))
 
-from talus.diagnosis import command, hidden  # noqa: E402
-from talus.diagnosis.evidence import Evidence  # noqa: E402
+from talus.diagnosis import hidden  # noqa: E402
 from talus.diagnosis.search import Search  # noqa: E402
 
 LEG, PENDULUM = REPOSITORY / "models/leg.yaml", REPOSITORY / "models/pendulum.yaml"
@@ -24,11 +24,8 @@ def plain(tmp_path_factory):
     """A search on a bench that hides nothing."""
     folder = tmp_path_factory.mktemp("plain")
     run("talus-sim", "--model", LEG, "--out", folder / "leg.csv", "--duration", 40)
-    options = command.Options(["-m", str(LEG), "-r", str(folder / "gap.json"), str(folder / "leg.csv")])
-    options.check()
-    _, tree = command.identify(options)
-    given = talus.Model.read(LEG)
-    return Search(Evidence(given, command.read_tracks(options, tree, given), tree), list(given.base.values()))
+    evidence, _ = recorded(LEG, folder, folder / "leg.csv")
+    return Search(evidence, list(evidence.prior))
 
 
 def gained(search, column, strength):

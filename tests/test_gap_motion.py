@@ -7,6 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 import yaml
+from gap_in_process import recorded
 from scipy.integrate import solve_ivp
 from support import BUILD, REPOSITORY, data, needs_data, run
 
@@ -15,8 +16,7 @@ from talus import check, ffi, lib
 
 os.environ.setdefault("TALUS_BUILD", str(BUILD))
 
-from talus.diagnosis import command, figures, motion  # noqa: E402
-from talus.diagnosis.evidence import Evidence  # noqa: E402
+from talus.diagnosis import figures, motion  # noqa: E402
 from talus.diagnosis.physical import physical  # noqa: E402
 from talus.diagnosis.search import search  # noqa: E402
 from talus.diagnosis.verdict import judge  # noqa: E402
@@ -53,11 +53,7 @@ class Twin:
     def __init__(self, folder, effects):
         self.effects, recording = effects, folder / "leg.csv"
         run("talus-sim", "--model", write_truth(folder, effects), "--out", recording, "--duration", 40)
-        options = command.Options(["-m", str(LEG), "-r", str(folder / "gap.json"), str(recording)])
-        options.check()
-        _, tree = command.identify(options)
-        self.identified, given = talus.Model.from_tree(tree), talus.Model.read(LEG)
-        evidence = Evidence(given, command.read_tracks(options, tree, given), tree)
+        evidence, self.identified = recorded(LEG, folder, recording)
         self.search, fit = search(evidence, list(self.identified.base.values()))
         self.fit = judge(self.search, fit).fit
         self.before = figures.Residuals(self.search, [])

@@ -1,0 +1,26 @@
+"""talus-gap up to its search, in this process.
+
+    evidence, identified = recorded(LEG, folder, folder / "leg.csv")
+"""
+
+import os
+
+from support import BUILD
+
+import talus
+
+os.environ.setdefault("TALUS_BUILD", str(BUILD))
+
+from talus.diagnosis import command  # noqa: E402
+from talus.diagnosis.evidence import Evidence  # noqa: E402
+from talus.diagnosis.track import Track  # noqa: E402
+
+
+def recorded(model, folder, *recordings):
+    """(evidence of the recordings under the model of a file, the identified model)"""
+    options = command.Options(["-m", str(model), "-r", str(folder / "gap.json"), *map(str, recordings)])
+    options.check()
+    given, every = command.read(options)
+    _, tree = command.identify(options, [])
+    tracks = [Track(given, one, path) for one, path in zip(every, options.recordings)]
+    return Evidence(given, tracks, tree), talus.Model.from_tree(tree)
