@@ -1,8 +1,11 @@
-"""House rules that a tool can check: short functions, whole headers, no warnings."""
+"""House rules that a tool can check: short functions, small folders, whole headers, no warnings."""
 
+import ast
 import re
 import subprocess
+from collections import Counter
 from pathlib import Path
+from statistics import median
 
 import lizard
 import pytest
@@ -11,6 +14,9 @@ from support import REPOSITORY, make_variable
 pytestmark = pytest.mark.release
 
 LONGEST_FUNCTION = 60
+MEDIAN_FUNCTION = 12
+FILES_IN_A_FOLDER = 25
+GENERATED = "apps/leg_bus/generated/"
 
 # The promise of the project, written out: the Makefile must not be able to soften it.
 WARNINGS = (
@@ -43,11 +49,60 @@ def compile_quietly(*command):
     assert done.returncode == 0, done.stderr
 
 
-@pytest.mark.parametrize("source", LIBRARY + PROGRAMS + sources("lib/*.h", "lib/*/*.h", "apps/*/*.h", "apps/*/*/*.h"))
-def test_functions_are_short(source):
+def c_functions(source):
+    """{name: lines} of a file in C."""
     functions = lizard.analyze_file(str(REPOSITORY / source)).function_list
-    lengths = {f.name: f.end_line - f.start_line + 1 for f in functions}
-    assert {name: length for name, length in lengths.items() if length > LONGEST_FUNCTION} == {}
+    return {f.name: f.end_line - f.start_line + 1 for f in functions}
+
+
+def python_functions(source):
+    """{name: lines} of a file in Python, decorators left out; functions within functions count by themselves, too."""
+    kinds = (ast.FunctionDef, ast.AsyncFunctionDef)
+    found = [n for n in ast.walk(ast.parse((REPOSITORY / source).read_text(encoding="utf-8"))) if isinstance(n, kinds)]
+    return {f"{n.name}:{n.lineno}": n.end_lineno - n.lineno + 1 for n in found}
+
+
+def is_python(path):
+    """By its name, or by its first line where it has no ending."""
+    return path.suffix == ".py" or (path.is_file() and not path.suffix and re.match(rb"#!.*python", path.read_bytes()[:80]) is not None)
+
+
+C_FILES = LIBRARY + PROGRAMS + sources("lib/*.h", "lib/*/*.h", "apps/*/*.h", "apps/*/*/*.h")
+PYTHON_FILES = [s for s in sources("tools/**/*", "tests/**/*") if is_python(REPOSITORY / s)]
+
+
+@pytest.mark.parametrize("source", C_FILES)
+def test_functions_are_short(source):
+    assert {name: length for name, length in c_functions(source).items() if length > LONGEST_FUNCTION} == {}
+
+
+@pytest.mark.parametrize("source", PYTHON_FILES)
+def test_functions_in_python_are_short(source):
+    assert {name: length for name, length in python_functions(source).items() if length > LONGEST_FUNCTION} == {}
+
+
+def test_most_functions_are_shorter_still():
+    c = [length for s in C_FILES if not s.startswith(GENERATED) for length in c_functions(s).values()]
+    python = [length for s in PYTHON_FILES for length in python_functions(s).values()]
+    assert len(c) > 1000 and median(c) <= MEDIAN_FUNCTION
+    assert len(python) > 1000 and median(python) <= MEDIAN_FUNCTION
+
+
+def test_what_counts_as_a_function(tmp_path):
+    """Both countings on functions of known length, so that they cannot be blind."""
+    (tmp_path / "f.py").write_text("import x\n\n\n@x.y\ndef f():\n    a = 1\n    return a\n\n\nclass C:\n    async def g(self):\n        pass\n")
+    (tmp_path / "f.c").write_text("int f(int a) {\n  a++;\n  return a;\n}\n")
+    assert python_functions(tmp_path / "f.py") == {"f:5": 3, "g:11": 2}
+    assert c_functions(tmp_path / "f.c") == {"f": 4}
+
+
+def test_folders_are_small():
+    """Of what git knows, and of what is not ignored; lib/ stays flat."""
+    listed = subprocess.run(["git", "ls-files", "--cached", "--others", "--exclude-standard", "apps", "tools"],
+                            cwd=REPOSITORY, check=True, capture_output=True, text=True).stdout.splitlines()  # fmt: skip
+    files = Counter(str(Path(name).parent) for name in listed if (REPOSITORY / name).is_file())
+    assert len(files) > 10
+    assert {folder: n for folder, n in files.items() if n > FILES_IN_A_FOLDER} == {}
 
 
 @pytest.mark.parametrize("header", HEADERS)

@@ -20,8 +20,7 @@ One file, one subject, in the order in which a diagnosis runs:
     refit.py            effects and physical parameters together, for the model file
     fitted.py           the model with its effects
     words.py            the diagnosis in plain words, figures in readable units
-    picture_maps.py     the page's maps and curves
-    picture.py          the page
+    picture/            the page; its maps and curves
     command.py          the command line
 
 docs/diagnosis.md has the method and the reason of every constant.

@@ -4,8 +4,8 @@ from pathlib import Path
 
 import numpy as np
 
-from .where import ORDERS
-from .words import Scale, linear
+from ..where import ORDERS
+from ..words import Scale, linear
 
 COORDINATES = {  # in words, and the unit
     "position": ("position", "rad"), "velocity": ("velocity", "rad/s"), "acceleration": ("acceleration", "rad/s²"),

@@ -7,9 +7,10 @@ from pathlib import Path
 import talus
 from talus import constants
 
-from . import picture_maps, words
-from .picture_maps import coordinate_unit
-from .words import Scale, sentence
+from .. import words
+from ..words import Scale, sentence
+from . import maps
+from .maps import coordinate_unit
 
 __all__ = ["page", "sentence"]
 
@@ -31,8 +32,8 @@ def page(found, options):
         _causes(out, report)
         _where(out, report)
     if found.search:
-        picture_maps.maps(out, found)
-        picture_maps.over_time(out, found)
+        maps.maps(out, found)
+        maps.over_time(out, found)
     _next(out, found)
     _inputs(out, options)
     with tempfile.TemporaryDirectory(prefix="talus-gap-") as folder:
