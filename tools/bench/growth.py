@@ -20,11 +20,11 @@ def minute_of(size, model):
     return size.folder / f"growth-minute-{model}.csv"
 
 
-def simulate(size, model, seconds, rate):
-    """Makes that minute."""
+def simulate(size, path, seconds, rate, model="leg"):
+    """The minute that the others are made of."""
     subprocess.run(
         [str(size.build / "bin" / "talus-sim"), "--model", str(size.repository / "models" / f"{model}.yaml"),
-         "--out", str(minute_of(size, model)), "--rate", str(rate), "--duration", str(seconds)],
+         "--out", str(path), "--rate", str(rate), "--duration", str(seconds)],
         check=True, capture_output=True,
     )  # fmt: skip
 
@@ -126,7 +126,7 @@ def measure(size, model):
     """One model's table: a list of rows, lengths in order, for each program."""
     period_s, rate = size.scaled(PERIOD_S, 8), size.scaled(1000, 250)
     try:
-        simulate(size, model, period_s, rate)
+        simulate(size, minute_of(size, model), period_s, rate, model)
         lengths = size.scaled(MINUTES, (1, 2, 3))
         found = [rows_of(size, model, m, 3 if m < 60 else 2, period_s, rate) for m in lengths]
     finally:
