@@ -46,11 +46,12 @@ static int take_block(struct reading *r, const struct text_block *block, struct 
 
 static int take_file(struct reading *r, struct text_file *file, struct app_error *error) {
   struct text_block *block = malloc(sizeof *block);
-  int more = block ? 1 : app_fail(error, APP_FAILED, "out of memory");
-  while (more > 0 && (more = text_file_read(file, block, error)) > 0)
-    if (take_block(r, block, error) != 0) more = -1;
+  int more, result = 0;
+  if (!block) return app_fail(error, APP_FAILED, "out of memory");
+  while (result == 0 && (more = text_file_read(file, block, error)) != 0)
+    result = more > 0 ? take_block(r, block, error) : -1;
   free(block);
-  return more;
+  return result;
 }
 
 int csv_read(struct csv_header *header, const struct csv_visitor *visitor, void *context,

@@ -28,11 +28,15 @@ void picture_free(struct picture *picture) {
   free(picture);
 }
 
+static size_t panel_of(const struct picture *p, int recording, int joint) {
+  return (size_t)recording * (size_t)p->joints + (size_t)joint;
+}
+
 void picture_trace(const struct fit_instant *i, void *picture) {
   struct picture *p = picture;
   const double predicted[] = {i->nominal, i->identified};
 
-  torque_panels_add(p->panels, (size_t)(i->recording * p->joints + i->joint), i->t_s, i->measured, predicted,
+  torque_panels_add(p->panels, panel_of(p, i->recording, i->joint), i->t_s, i->measured, predicted,
                     i->kind == TL_ROW_SCORED);
 }
 
@@ -99,8 +103,8 @@ static void charts(struct page *page, const struct picture *p, const struct repo
 
   page_heading(page, in->path[recording]);
   for (int j = 0; j < p->joints; j++)
-    torque_panels_chart(p->panels, (size_t)(recording * p->joints + j), page, tl_joint_name(m, j),
-                        scored_quantity(m), scored_unit(m));
+    torque_panels_chart(p->panels, panel_of(p, recording, j), page, tl_joint_name(m, j), scored_quantity(m),
+                        scored_unit(m));
 }
 
 int picture_write(const struct picture *picture, const char *path, const struct report_input *in,
