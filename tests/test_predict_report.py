@@ -5,6 +5,7 @@ from html.parser import HTMLParser
 
 import numpy as np
 import pytest
+import talus
 import yaml
 from scoring_reference import score
 from support import REPOSITORY, data, needs_data, run
@@ -140,3 +141,42 @@ def test_nothing_moves(tmp_path, recordings):
     report, _, said = predict(tmp_path, MODELS / "slider.yaml", tmp_path / "still.csv")
     assert report["error"]["slider"]["rms"] is None and report["error"]["slider"]["samples"] == 0
     assert "slider: no samples in motion, nothing to score" in said
+
+
+def uneven(path):
+    """An arm's recording with stretches three times as dense and four times as sparse as its median step, gaps, and rows
+    that are not valid: margins of a block hold more rows, and fewer, than even steps would need."""
+    generator = np.random.default_rng(3)
+    steps = np.concatenate([np.full(6000, 1e-3), np.full(9000, 3e-4), np.full(2500, 4e-3), np.full(8000, 1e-3), [0.5],
+                            np.full(40, 1e-3), [2.0], np.full(5000, 1e-3)]) * generator.uniform(0.9, 1.1, 30542)  # fmt: skip
+    t = np.concatenate([[0.0], np.cumsum(steps)])
+    q = 0.5 * np.sin(2 * np.pi * 0.7 * t) + 0.2 * np.sin(2 * np.pi * 1.9 * t + 1)
+    v = np.gradient(q, t)
+    torque = 0.045 * np.gradient(v, t) + 0.15 * 9.81 * np.sin(q) + 0.25 * np.sign(v) + 0.02 * v
+    current = torque / (9 * 0.091) + generator.normal(0, 0.02, len(t))
+    valid = np.ones(len(t))
+    valid[20000:20100] = 0
+    np.savetxt(path, np.column_stack([t, q, current, valid]), delimiter=",", header="time_s,joint_rad,joint_current_A,valid",
+               comments="", fmt="%.9g")  # fmt: skip
+    return path
+
+
+def test_blocks_of_uneven_rows_give_what_the_whole_recording_gives(tmp_path):
+    """The program goes block by block on several processors; Python takes each segment whole."""
+    path, model = uneven(tmp_path / "u.csv"), MODELS / "pendulum.yaml"
+    report, prediction, _ = predict(tmp_path, model, path)
+    whole, recording = talus.Model.read(model), talus.Recording.read(path)
+    assert np.max(np.abs(prediction["joint_torque_Nm"] - talus.predict(whole, recording)[0])) < 1e-9
+    expected = talus.score(whole, recording, talus.predict(whole, recording))["joint"]
+    found = report["error"]["joint"]
+    assert found["samples"] == expected["samples"] and found["samples_left_out"] == expected["samples_left_out"]
+    assert (found["rms"], found["reversal_rms"]) == pytest.approx((expected["rms"], expected["reversal_rms"]), rel=1e-6)
+
+
+def test_any_number_of_threads_identifies_uneven_rows_alike(tmp_path):
+    path, outputs = uneven(tmp_path / "u.csv"), set()
+    for threads in (1, 2, 3, 4):
+        run("talus-identify", "--model", MODELS / "pendulum.yaml", "--out", tmp_path / "f.yaml", "--report", tmp_path / "r.json",
+            "--threads", threads, path)  # fmt: skip
+        outputs.add((tmp_path / "f.yaml").read_bytes() + (tmp_path / "r.json").read_bytes())
+    assert len(outputs) == 1
