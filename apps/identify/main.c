@@ -35,7 +35,8 @@ static const struct cli_option options[] = {
     {"swarm-form", 0, CLI_TEXT, &asked.form, 0, "KIND", "\"constriction\" (default) or \"inertia\""},
     {"topology", 0, CLI_TEXT, &asked.topology, 0, "KIND", "\"global\" or \"ring\""},
     {"threads", 0, CLI_WHOLE, &asked.threads, 0, "N",
-     "at most, that read rows and move the swarm; the answer is the same\n(default: as many as processors, "
+     "at most, that compute rows and move the swarm; the answer is the same\n(default: as many as "
+     "processors, "
      "one for the swarm)"},
     {"quiet", 'q', CLI_FLAG, &asked.quiet, 0, NULL, "say nothing but warnings"},
 };
