@@ -1,5 +1,5 @@
 /* merge.c: see merge.h. */
-#include "track/merge.h"
+#include "track/align/merge.h"
 
 #include <math.h>
 #include <stdlib.h>

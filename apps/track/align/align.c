@@ -1,5 +1,5 @@
 /* align.c: talus-track align: a track and a recording of the same motion on one clock, and merged. */
-#include "track/align.h"
+#include "track/align/align.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -9,8 +9,8 @@
 #include "common/cli.h"
 #include "common/json_file.h"
 #include "recording/recording.h"
+#include "track/align/merge.h"
 #include "track/commands.h"
-#include "track/merge.h"
 #include "track/table.h"
 
 static struct {

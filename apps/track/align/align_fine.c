@@ -7,7 +7,7 @@
 #include <math.h>
 #include <string.h>
 
-#include "track/align.h"
+#include "track/align/align.h"
 
 enum { OFFSET, RATE, FIRST_JOINT, PARAMETERS = FIRST_JOINT + 4 };
 

@@ -7,7 +7,7 @@
 #include <math.h>
 #include <stdlib.h>
 
-#include "track/align.h"
+#include "track/align/align.h"
 
 #define OFFSETS 41
 #define RATES 21

@@ -3,7 +3,7 @@
 #define TRACK_MERGE_H
 
 #include "recording/recording.h"
-#include "track/align.h"
+#include "track/align/align.h"
 
 struct merge_result {
   size_t rows, outside,

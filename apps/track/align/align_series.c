@@ -2,7 +2,7 @@
 #include <math.h>
 #include <stdlib.h>
 
-#include "track/align.h"
+#include "track/align/align.h"
 
 #define STEP_S 0.02     /* of the coarse grid */
 #define LONGEST_S 120.0 /* of the film's beginning that is looked for */
