@@ -20,6 +20,7 @@ void overlay_begin(struct overlay *o, const struct setup *setup, const char *vid
   o->video_path = video_path;
   o->sheet_path = sheet_path;
   o->rate_hz = rate_hz;
+  memcpy(o->last, setup->mark.start_px, sizeof o->last); /* until it is seen */
 }
 
 /* ---- drawing ----------------------------------------------------------------- */
