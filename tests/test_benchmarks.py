@@ -25,6 +25,7 @@ BENCHES = [
     ("reading", "pandas"),
     ("growth", "numpy"),
     ("diagnosis", "numpy"),
+    ("markers", "cv2"),
 ]
 
 
