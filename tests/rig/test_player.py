@@ -93,6 +93,7 @@ def test_ctrl_c_while_playing_holds(vcan, tmp_path):
         recording.stop()
     (told,) = recording.events("play")
     assert told["end"] == "stopped" and 0 < told["sent"] < 20000
-    assert len(commands(recording.log, 0x101)) == told["sent"]
+    knee, ankle = (len(commands(recording.log, identifier)) for identifier in (0x101, 0x102))
+    assert ankle == told["sent"] and knee - ankle in (0, 1)  # it may end between a row's two frames
     assert str(commands(recording.log, 0x010)[-1][1]["Mode"]) == "Hold"
     assert int(read_lines(recording.log)[-1][2], 16) == 0x010
