@@ -21,8 +21,7 @@ static double straight_inertia(const tl_model *m, int joint) {
   return matrix[joint * tl_joint_count(m) + joint];
 }
 
-/* With the leg straight: it changes little with the pose, and what it changes by is not its own swing. What of the joint's
- * inertia turns with its motor goes to *turning. */
+/* With the leg straight. What of the joint's inertia turns with its motor goes to *turning. */
 static double link_inertia(const tl_effect_prepared *p, int joint, double motor_share, double *turning) {
   double whole = straight_inertia(&p->bare, joint);
   tl_model beyond = p->bare;
@@ -63,6 +62,30 @@ static tl_two_mass link_of(const tl_effect_prepared *p, const tl_flexible_joint 
   return link;
 }
 
+/* Row by row: the link's inertia in its pose, by how much its load grows as it runs ahead of its motor, and what the other
+ * joint's acceleration adds between two rows beside that of its ends, as its speeds tell. The first and the last in row[2 n]. */
+static void set_rows(tl_effect_prepared *p, int joint, double *row, tl_two_mass *link) {
+  const tl_effect_segment *s = p->segment;
+  double *const *own = tl_columns_slopes(p, joint, joint), *inertia = row, *bulge = row + s->n;
+  double apart = link->inertia_kg_m2 - straight_inertia(&p->bare, joint); /* less what turns, and as given */
+  int other = 1 - joint, coupled = tl_joint_count(s->model) > 1;
+  const double *by = coupled ? tl_columns_slopes(p, other, joint)[2] : NULL, *v = s->v[other],
+               *a = s->a[other];
+  size_t i;
+
+  for (i = 0; i < s->n; i++) {
+    inertia[i] = own[2][i] + apart > LEAST_SHARE * link->inertia_kg_m2 ? own[2][i] + apart
+                                                                       : LEAST_SHARE * link->inertia_kg_m2;
+    bulge[i] = 0.0;
+    if (coupled && i + 1 < s->n)
+      bulge[i] = by[i] * ((v[i + 1] - v[i]) / (s->t_s[i + 1] - s->t_s[i]) - 0.5 * (a[i] + a[i + 1]));
+  }
+  link->row_inertia_kg_m2 = inertia;
+  link->row_stiffness_Nm_rad = own[0];
+  link->row_damping_Nms_rad = own[1];
+  link->row_bulge_Nm = bulge;
+}
+
 /* the spring's torque less that of a rigid link: its load, and its share of the friction */
 static void add_own_torque(const tl_effect_prepared *p, const tl_flexible_joint *f, int joint, double turning,
                            const double *torque, double *column) {
@@ -100,7 +123,8 @@ void tl_columns_link(tl_effect_prepared *p, const tl_flexible_joint *f, int join
   int c;
 
   if (!(link.inertia_kg_m2 > 0.0)) return;
-  for (i = 0; i < s->n; i++) other[i] = load[i] - (turning + link.inertia_kg_m2) * s->a[joint][i];
+  set_rows(p, joint, p->work + 4 * s->n, &link);
+  for (i = 0; i < s->n; i++) other[i] = load[i] - (turning + link.row_inertia_kg_m2[i]) * s->a[joint][i];
   tl_two_mass_along(&link, s->t_s, s->q[joint], s->v[joint], other, s->n, &motion);
   for (c = TL_MAX_JOINTS; c < TL_EFFECT_CHANNELS; c++) {
     column = tl_columns_sees(joint, c) ? tl_columns_of(p, wanted, c, 0) : NULL;

@@ -14,7 +14,7 @@ enum { LOAD_READY = 1, SLOPES_READY = 2, MOUNT_READY = 4, MOTOR_READY = 8 };
 size_t tl_effect_prepared_memory(int joints, size_t n) {
   size_t j = (size_t)joints;
 
-  return (3 * j + 3 * j * j + (joints > 1 ? MOUNT : 0) + 4) * n +
+  return (3 * j + 3 * j * j + (joints > 1 ? MOUNT : 0) + 6) * n +
          tl_reconstruct_workspace(n < TL_WINDOW_MAX_SAMPLES ? n : TL_WINDOW_MAX_SAMPLES);
 }
 
