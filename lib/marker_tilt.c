@@ -2,16 +2,18 @@
 #include <math.h>
 
 #include "marker_internal.h"
+#include "talus/math.h"
 
 typedef struct moments {
-  double n, r, rr, j[2], rj[2], jj[3]; /* of the length and its slopes by the tilt */
+  double n, r, rr, j[2], rj[2],
+      jj[3]; /* of a length's logarithm (shrinking all gains nothing) and its slopes */
 } moments;
 
-static double link_length(const tl_marker_view *view, const double (*point)[2], int link) {
+static double log_length(const tl_marker_view *view, const double (*point)[2], int link) {
   double a[2], b[2];
   tl_marker_plane_point(view, point[(ptrdiff_t)2 * link], a);
   tl_marker_plane_point(view, point[2 * link + 1], b);
-  return marker_distance(a[0] - b[0], a[1] - b[1]);
+  return tl_log(marker_distance(a[0] - b[0], a[1] - b[1]));
 }
 
 static void add_row(moments *m, double r, const double j[2]) {
@@ -40,12 +42,12 @@ static moments link_moments(const tl_marker_view *view, const double (*point)[4]
   const double step = 1e-5;
   moments m = {0};
   for (size_t i = 0; i < n; i++) {
-    const double length = link_length(view, point[i], link);
+    const double length = log_length(view, point[i], link);
     double j[2];
     for (int k = 0; k < 2; k++) {
       tl_marker_view moved = *view;
       moved.tilt[k] += step;
-      j[k] = (link_length(&moved, point[i], link) - length) / step;
+      j[k] = (log_length(&moved, point[i], link) - length) / step;
     }
     add_row(&m, length, j);
   }
