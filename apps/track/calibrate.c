@@ -93,14 +93,17 @@ static void swap(struct spot *a, struct spot *b) {
   *b = c;
 }
 
-/* A leg that hangs: the knee is highest, the ankle next, the heel nearer to the ankle than the toe. */
+static double apart(const struct spot *a, const struct spot *b) {
+  return hypot(a->x_px - b->x_px, a->y_px - b->y_px);
+}
+
+/* A leg that hangs: the knee is highest, the ankle nearest to it, the heel nearer to the ankle than the toe. */
 static void sort_leg(struct spot spot[4]) {
-  for (int i = 0; i < 2; i++)
-    for (int k = i + 1; k < 4; k++)
-      if (spot[k].y_px < spot[i].y_px) swap(&spot[i], &spot[k]);
-  if (hypot(spot[2].x_px - spot[1].x_px, spot[2].y_px - spot[1].y_px) >
-      hypot(spot[3].x_px - spot[1].x_px, spot[3].y_px - spot[1].y_px))
-    swap(&spot[2], &spot[3]);
+  for (int k = 1; k < 4; k++)
+    if (spot[k].y_px < spot[0].y_px) swap(&spot[0], &spot[k]);
+  for (int k = 2; k < 4; k++)
+    if (apart(&spot[k], &spot[0]) < apart(&spot[1], &spot[0])) swap(&spot[1], &spot[k]);
+  if (apart(&spot[2], &spot[1]) > apart(&spot[3], &spot[1])) swap(&spot[2], &spot[3]);
 }
 
 static int find_leg(const struct face_picture *p, struct setup *setup, struct spot spot[TL_MARKER_MAX],
@@ -169,9 +172,9 @@ static void refine(const struct face_picture *p, struct setup *setup) {
   if (tl_marker_start(&setup->mark, &state) != TL_OK) return;
   if (tl_marker_track(&setup->mark, &classes, &state, &image, 0.0, sample, run, 65536) != TL_OK) return;
   for (int m = 0; m < setup->mark.markers; m++) {
-    const double apart =
+    const double moved =
         hypot(sample[m].x_px - setup->mark.start_px[m][0], sample[m].y_px - setup->mark.start_px[m][1]);
-    if (!(sample[m].flags & TL_MARKER_SEEN) || apart > setup->mark.radius_px[m]) continue;
+    if (!(sample[m].flags & TL_MARKER_SEEN) || moved > setup->mark.radius_px[m]) continue;
     setup->mark.start_px[m][0] = sample[m].x_px;
     setup->mark.start_px[m][1] = sample[m].y_px;
   }
