@@ -168,8 +168,8 @@ $(EFFECT_TABLE): FORCE
 	@mkdir -p $(@D)
 	@for f in lib/effects/*.c; do \
 	  n=$$(sed -n 's/^ *\.order = \([0-9]*\),.*/\1/p' $$f); \
-	  echo "$${n:-999999} TL_EFFECT_KIND($$(basename $$f .c))"; done | LC_ALL=C sort -n | cut -d ' ' -f 2 >$@.new
-	@cmp -s $@.new $@ && rm $@.new || mv $@.new $@
+	  echo "$${n:-999999} TL_EFFECT_KIND($$(basename $$f .c))"; done | LC_ALL=C sort -n | cut -d ' ' -f 2 >$@.$$PPID
+	@cmp -s $@.$$PPID $@ && rm $@.$$PPID || mv $@.$$PPID $@
 
 $(OBJ)/lib/effect.o $(BUILD)/lint/lib/effect.c.ok: $(EFFECT_TABLE)
 
