@@ -140,7 +140,7 @@ static void record(const tl_twin *b, double t_s, const double *shown, double row
   tl_random_normal2(s->seed, CAMERA_STREAM, b->sample, camera);
   tl_simulation_joints(b->model, &b->simulation, &joints);
   row[TL_CHANNEL_TIME] = t_s;
-  for (j = 0; j < tl_joint_count(b->model); j++)
+  for (j = 0; j < TL_MAX_JOINTS && j < tl_joint_count(b->model); j++)
     record_joint(b, &joints, j, shown[j] + s->current_noise_A[j] * current[j],
                  s->camera_noise_rad * camera[j], row);
 }
