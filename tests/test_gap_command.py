@@ -174,7 +174,7 @@ def test_too_short_is_unknown_with_the_reason(tmp_path):
     (tmp_path / "short.csv").write_text("".join(lines[:1500]))
     report = diagnose(tmp_path, tmp_path / "short.csv")
     check_form(report)
-    assert report["verdict"] == {"effect": "unknown", "joint": "none", "probability": 1.0}
+    assert report["verdict"] == {"effect": "unknown", "joint": "none", "probability": 1.0, "withheld": True}
     assert "usable motion" in report["next_experiment"]["why"]
 
 
