@@ -7,7 +7,6 @@
 #include <string.h>
 
 #include "controller_prepare_internal.h"
-#include "effect_link.h"
 
 #define SLOPE_PART 1e-3 /* of a step, for the slope at a knot */
 

@@ -1,10 +1,9 @@
-/* effect_columns.c: see effect_columns.h and effect_link.h. */
+/* effect_columns.c: see effect_columns.h. */
 #include "effect_columns.h"
 
 #include <math.h>
 #include <string.h>
 
-#include "kinematics_stops.h"
 #include "talus/math.h"
 
 #define SMALL 1e-5    /* [rad]: step of the slopes of the inverse dynamics */

@@ -5,7 +5,6 @@
 #include <stddef.h>
 
 #include "effect_kinds.h"
-#include "effect_link.h"
 
 void tl_columns_nothing(double *column, size_t n);
 /* where a strength's column of a channel goes; NULL: it is not asked for */

@@ -14,6 +14,10 @@
 #define TL_NEEDS_TEMPERATURE                                                                                 \
   TL_PARAMETER_OPTIONAL | TL_PARAMETER_FIT_ONLY | TL_PARAMETER_NEEDS_TEMPERATURE, 0.0
 
+/* Share of the joint's own inertia that turns with its motor, where neither the model tells them apart nor the
+ * effect says: of the shank's at the knee (which holds the knee's reflected rotor), of all of a single joint's. */
+#define TL_EFFECT_MOTOR_SHARE 0.4
+
 #define TL_EFFECT_AT_JOINTS (TL_EFFECT_AT_KNEE | TL_EFFECT_AT_ANKLE | TL_EFFECT_AT_SINGLE)
 
 /* The part of a ripple, so many a turn of the motor, that the current shows: half of it at fades_Hz (0: all), less of

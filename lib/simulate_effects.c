@@ -24,7 +24,6 @@
 #include <math.h>
 #include <string.h>
 
-#include "effect_link.h"
 #include "talus/experimental/hysteresis.h"
 #include "talus/math.h"
 
@@ -129,7 +128,7 @@ void tl_effect_dynamics_init(tl_effect_dynamics *p) {
   p->modes = base->mount_modes < TL_MOUNT_MODES ? base->mount_modes : TL_MOUNT_MODES;
   p->moves = 0;
   for (j = 0; j < p->modes; j++) {
-    p->mount_inertia[j] = tl_effect_dynamics_mount_inertia(p->model, &base->mount[j]);
+    p->mount_inertia[j] = tl_simulation_mount_inertia(p->model, &base->mount[j]);
     p->moves |= base->mount[j].mode != TL_MOUNT_TURNS;
   }
   for (j = 0; j < TL_MAX_JOINTS; j++) init_joint(p, j);
@@ -188,7 +187,7 @@ static mount_arms arms_of(const tl_model *weightless, const tl_motion *now, int 
   return m;
 }
 
-double tl_effect_dynamics_mount_inertia(const tl_model *m, const tl_effect_mount *mount) {
+double tl_simulation_mount_inertia(const tl_model *m, const tl_effect_mount *mount) {
   static const tl_motion hanging;
   double matrix[TL_MAX_JOINTS * TL_MAX_JOINTS] = {0.0}, w = 2.0 * TL_PI * mount->frequency_Hz;
   double whole = 1.0 / (mount->compliance * w * w);

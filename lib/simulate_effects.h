@@ -27,9 +27,6 @@ typedef struct tl_effect_dynamics {
 
 /* everything but model and effects, which stand */
 void tl_effect_dynamics_init(tl_effect_dynamics *p);
-/* Of a mode of the mount, so that it rings at its frequency with the leg hanging from it: of a turning one without the
- * leg's, of one that sways or rises with it. Not positive where it cannot. */
-double tl_effect_dynamics_mount_inertia(const tl_model *m, const tl_effect_mount *mount);
 /* How far a joint runs ahead of its motor where that says q, and its first and second derivative by q. */
 void tl_effect_dynamics_ahead(const tl_model *m, const tl_effect_change *c, int joint, double q,
                               double ahead[3]);

@@ -4,8 +4,6 @@
 #include <math.h>
 #include <string.h>
 
-#include "effect_link.h"
-#include "simulate_effects.h"
 #include "talus/math.h"
 #include "talus/random.h"
 
@@ -279,7 +277,7 @@ static tl_status make_truth(tl_twin *b) {
 
   base = tl_effects_change(s->effect, s->effects, TL_MAX_JOINTS);
   for (j = 0; j < base.mount_modes; j++)
-    if (j == TL_MOUNT_MODES || !(tl_effect_dynamics_mount_inertia(b->model, &base.mount[j]) > 0.0))
+    if (j == TL_MOUNT_MODES || !(tl_simulation_mount_inertia(b->model, &base.mount[j]) > 0.0))
       return TL_ERR_RANGE;
   b->truth = *b->model;
   for (j = 0; j < tl_joint_count(b->model) && status == TL_OK; j++) {

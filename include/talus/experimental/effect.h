@@ -257,6 +257,13 @@ void tl_effect_add_mount(tl_effect_change *to, tl_mount_mode mode, double compli
                          double damping_ratio);
 /* The waves at an angle x: their sum, and its first and second derivative by x. */
 void tl_effect_waves_at(const tl_effect_waves *waves, double x, double wave[3]);
+/* The plain model without friction and offset, each torque that of its joint, and without the ankle's rotor: what hangs
+ * beyond a transmission that is not rigid. */
+tl_model tl_effect_bare_model(const tl_model *m);
+/* A transmission with the change's linkage dimensions. TL_ERR_UNSUPPORTED where there is no linkage, but
+ * for a change without any. Errors of tl_transmission_screw_linkage. */
+TL_CHECK tl_status tl_effect_change_linkage(const tl_effect_change *c, const tl_transmission *t,
+                                            tl_transmission *changed);
 /* Everything that n effects change at a joint (TL_MAX_JOINTS: at the base). */
 tl_effect_change tl_effects_change(const tl_effect *effect, int n, int joint);
 /* What n effects add to the recorded torque of a joint (leg: motor torque, so over the ratio). Kinds

@@ -121,6 +121,10 @@ typedef struct tl_windows {
 /* Fills w->deviation. Errors of tl_simulation_init and tl_simulate. */
 TL_CHECK tl_status tl_simulate_windows(const tl_windows *w);
 
+/* Inertia [kg m^2], or mass [kg], of a mode of the mount, so that it rings at its frequency with the leg hanging from it: of a turning one without the
+ * leg's, of one that sways or rises with it. Not positive where it cannot. */
+double tl_simulation_mount_inertia(const tl_model *m, const tl_effect_mount *mount);
+
 #ifdef __cplusplus
 }
 #endif
