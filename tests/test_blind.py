@@ -7,6 +7,7 @@ import copy
 import hashlib
 import itertools
 import json
+import subprocess
 import sys
 
 import numpy as np
@@ -257,7 +258,8 @@ def test_run_resumes_and_open_tells(drawn, tmp_path, capsys, monkeypatch):
     stub.chmod(0o755)
     assert main(["open", str(drawn)]) == 1
     assert "2 cases have no verdict yet" in capsys.readouterr().err
-    assert main(["run", str(drawn), "--gap", str(stub)]) == 0
+    # a process of its own: what a program's parent holds when it starts counts as the program's
+    subprocess.run([sys.executable, "-m", "talus.blind", "run", drawn, "--gap", stub], check=True, capture_output=True)
     assert main(["run", str(drawn), "--gap", str(stub)]) == 0
     assert log.read_text() == "xx"  # the second time there was nothing left to do
     monkeypatch.setattr(running, "fingerprint", lambda: "another version")
