@@ -7,7 +7,7 @@
  *
  *     tl_factor f;
  *     tl_factor_init(&f, 9);
- *     tl_factor_add(&f, rows, 128);
+ *     tl_factor_add(&f, rows_cm, 128, 128); // 128 rows, column after column
  *     tl_factor_solve(&f, 1e-12, b, &rank);
  */
 #ifndef TALUS_FACTOR_H
