@@ -47,16 +47,16 @@ class Rows:
 
 def explanations(gear):
     """What columns are mistaken for."""
-    yield Explanation("units", "its angle is in degrees", "convert the angle to rad", DEGREES)
-    yield Explanation("units", "its angle is in turns", "convert the angle to rad", TURNS)
-    yield Explanation("units", "its current is in mA", "convert the current to A", 1.0, 1e-3)
-    yield Explanation("sign", "its current or its angle counts the other way", "turn the sign of the current or of the angle", 1.0, -1.0)
+    yield Explanation("units", "its angle were in degrees", "convert the angle to rad", DEGREES)
+    yield Explanation("units", "its angle were in turns", "convert the angle to rad", TURNS)
+    yield Explanation("units", "its current were in mA", "convert the current to A", 1.0, 1e-3)
+    yield Explanation("sign", "its current or its angle counted the other way", "turn the sign of the current or of the angle", 1.0, -1.0)
     if gear > 1.5:
-        yield Explanation("ratio", "its angle is on the other side of the gear: the joint's where the motor's belongs",
+        yield Explanation("ratio", "its angle were on the other side of the gear: the joint's where the motor's belongs",
                           "multiply the angle by the ratio", gear)  # fmt: skip
-        yield Explanation("ratio", "its angle is on the other side of the gear: the motor's where the joint's belongs",
+        yield Explanation("ratio", "its angle were on the other side of the gear: the motor's where the joint's belongs",
                           "divide the angle by the ratio", 1 / gear)  # fmt: skip
-        yield Explanation("ratio", "its torque is on the other side of the gear", "give the torque on the side that the column names",
+        yield Explanation("ratio", "its torque were on the other side of the gear", "give the torque on the side that the column names",
                           1.0, gear)  # fmt: skip
 
 

@@ -47,8 +47,8 @@ def _findings(out, findings):
     if not findings:
         return
     out.heading("What is wrong with the recordings")
-    rows = [[f["id"].replace("_", " "), "grave" if f["grave"] else "", f["column"], f["evidence"], f["remedy"]] for f in findings]
-    out.table("No cause is named while a grave one stands", ["finding", "", "column", "what was seen", "what to do"], rows, words=True)
+    rows = [[f["id"].replace("_", " "), "grave" if f["grave"] else "", f["column"], f"{f['evidence']}; {f['remedy']}"] for f in findings]
+    out.table("No cause is named while a grave one stands", ["finding", "", "column", "what was seen, and what to do"], rows, words=True)
 
 
 def _bars(out, title, unit, labels, values, roles):
