@@ -12,8 +12,8 @@ import talus
 os.environ.setdefault("TALUS_BUILD", str(BUILD))
 
 from talus.diagnosis import command  # noqa: E402
-from talus.diagnosis.evidence import Evidence  # noqa: E402
-from talus.diagnosis.track import Track  # noqa: E402
+from talus.diagnosis.dataset import Dataset  # noqa: E402
+from talus.diagnosis.processed_recording import ProcessedRecording  # noqa: E402
 
 
 def recorded(model, folder, *recordings):
@@ -22,5 +22,5 @@ def recorded(model, folder, *recordings):
     options.check()
     given, every = command.read(options)
     _, tree = command.identify(options, [])
-    tracks = [Track(given, one, path) for one, path in zip(every, options.recordings)]
-    return Evidence(given, tracks, tree), talus.Model.from_tree(tree)
+    processed_recordings = [ProcessedRecording(given, one, path) for one, path in zip(every, options.recordings)]
+    return Dataset(given, processed_recordings, tree), talus.Model.from_tree(tree)

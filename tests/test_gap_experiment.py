@@ -43,8 +43,8 @@ def simulate(folder, name, *more):
 
 def searched(folder, *recordings):
     """(search, verdict) of recordings, in this process."""
-    evidence, identified = recorded(LEG, folder, *recordings)
-    found, fit = search(evidence, list(identified.base.values()))
+    dataset, identified = recorded(LEG, folder, *recordings)
+    found, fit = search(dataset, list(identified.base.values()))
     return found, judge(found, fit)
 
 
@@ -61,7 +61,7 @@ def contest(twin):
     _, found, verdict = twin
     named = choice.explanation(found, verdict.fit.chosen, (HIDDEN["effect"], HIDDEN["joint"]))
     rival = choice.explanation(found, verdict.fit.chosen, RIVAL)
-    return Contest(found, named, [rival], choice.temper_of(found, verdict.fit))
+    return Contest(found, named, [rival], choice.temperature_of(found, verdict.fit))
 
 
 # ---- trajectories ------------------------------------------------------------------
@@ -69,21 +69,21 @@ def contest(twin):
 
 @pytest.mark.parametrize("name", TRAJECTORIES)
 def test_a_trajectory_is_smooth_and_within_what_was_recorded(twin, name):
-    scene = twin[1].scenes[0]
-    q = held(TRAJECTORIES[name][0](Limits([scene])))
+    terms = twin[1].all_terms[0]
+    q = held(TRAJECTORIES[name][0](Limits([terms])))
     v, a = np.gradient(q, STEP_S, axis=1), np.gradient(np.gradient(q, STEP_S, axis=1), STEP_S, axis=1)
     assert 10 < q.shape[1] * STEP_S < 60
     for j in range(2):
-        assert scene.q[j].min() < q[j].min() and q[j].max() < scene.q[j].max()
-        assert np.abs(v[j]).max() < np.abs(scene.v[j]).max()
-        assert np.abs(a[j]).max() < 1.3 * np.abs(scene.a[j]).max()
+        assert terms.q[j].min() < q[j].min() and q[j].max() < terms.q[j].max()
+        assert np.abs(v[j]).max() < np.abs(terms.v[j]).max()
+        assert np.abs(a[j]).max() < 1.3 * np.abs(terms.a[j]).max()
         assert np.ptp(q[j]) > 0.02  # it moves
         assert np.all(q[j, :5] == q[j, 0]) and np.all(q[j, -5:] == q[j, -1])
         assert np.isclose(q[j, 0], q[j, -1], atol=1e-6)  # repeats join
 
 
 def test_slow_ramps_are_slow_and_fast_sines_are_fast(twin):
-    limits = Limits(twin[1].scenes)
+    limits = Limits(twin[1].all_terms)
 
     def middle_Hz(name):
         q = TRAJECTORIES[name][0](limits)[0]
@@ -116,10 +116,10 @@ def least_squares(rows, reading):
 
 def test_the_gain_is_that_of_least_squares_on_old_and_new_rows(twin, contest):
     found = twin[1]
-    planned = Planned(found, held(TRAJECTORIES["speeds"][0](Limits(found.scenes))))
+    planned = Planned(found, held(TRAJECTORIES["speeds"][0](Limits(found.all_terms))))
     truth, rival = contest.named.sets[0], contest.others[0].sets[0]
     pair = Pair(found, truth, Explanation("one shape", [rival], 0.0))
-    new = Gram(planned.evidence, [planned.scene], contest.candidates)
+    new = Gram(planned.dataset, [planned.terms], contest.candidates)
     columns = [[*truth[0].columns], [*rival[0].columns]]
     base, mine, reading = rows_of(found.gram, columns[0])
     strengths, _ = least_squares(np.hstack([base, mine]), reading)
@@ -136,23 +136,23 @@ def test_the_gain_is_that_of_least_squares_on_old_and_new_rows(twin, contest):
 def test_the_truth_loses_nothing(twin, contest):
     """An explanation against itself gains no evidence, whatever is run."""
     found = twin[1]
-    planned = Planned(found, held(TRAJECTORIES["wide_multisine"][0](Limits(found.scenes))))
+    planned = Planned(found, held(TRAJECTORIES["wide_multisine"][0](Limits(found.all_terms))))
     pair = Pair(found, contest.named.sets[0], Explanation("itself", contest.named.sets[:1], 0.0))
-    gram = Gram(planned.evidence, [planned.scene], contest.candidates)
+    gram = Gram(planned.dataset, [planned.terms], contest.candidates)
     assert pair.gain(gram, found.gram.first) < 1e-3 * contest.gains(planned)[0].max()
 
 
 def test_the_experiment_brings_what_was_predicted(twin, contest):
     """Run on the twin: the rival's excess over the named one grows as predicted, and the named one stands alone."""
     folder, found, verdict = twin
-    limits = Limits(found.scenes)
+    limits = Limits(found.all_terms)
     option = min(choice.options(found, contest, limits), key=choice.Option.rank)
     predicted = option.repeats() * option.gains[0][0]
     words, needs = choice.why(found, verdict, contest, option, limits)
     assert contest.keys(option.reached(option.repeats())) == [{"effect": RIVAL[0], "joint": RIVAL[1]}] and needs is None
     assert f"{option.repeats() * option.length_s:.0f} s" in words and "predicted gain" in words
     q = np.concatenate([option.q] * option.repeats(), axis=1)
-    (folder / "next.csv").write_text(choice.to_text(q, found.evidence.model, "next"))
+    (folder / "next.csv").write_text(choice.to_text(q, found.dataset.model, "next"))
     new = simulate(folder, "new.csv", "--reference", folder / "next.csv", "--seed", 5)
     again, told = searched(folder, folder / "old.csv", new)
 
@@ -169,20 +169,20 @@ def test_the_experiment_brings_what_was_predicted(twin, contest):
 def test_a_richer_form_is_judged_where_it_is_true():
     option = object.__new__(choice.Option)
     option.gains = choice.MARGIN * np.array([[1.0, 50.0], [30.0, 20.0], [40.0, 2.0]])
-    option.contest = type("Contest", (), {"sizes": [[1, 2], [1, 1], [2, 1]], "temper": 10.0})
+    option.contest = type("Contest", (), {"sizes": [[1, 2], [1, 1], [2, 1]], "temperature": 10.0})
     option.growth, option.most = 0.0, 4
     assert [option.worst(k) / choice.MARGIN for k in range(3)] == [50.0, 20.0, 40.0]
     assert np.isclose(option.needed(1), -20 * np.log(0.05) * choice.MARGIN)
     assert option.repeats() == 3 and option.reached(3) == [0, 1, 2]
-    option.growth = 1e6  # the temper grows as fast as the evidence: nothing is ever reached
+    option.growth = 1e6  # the temperature grows as fast as the evidence: nothing is ever reached
     assert option.reached(4) == [] and option.repeats() == 4
 
 
 def test_payload_is_a_mass_at_the_foots_centre():
     """The models with the mass added are those of a file that says so."""
     model = talus.Model.read(LEG)
-    evidence = type("Evidence", (), {"model": model})
-    base, given = with_payload(evidence, model)
+    dataset = type("Evidence", (), {"model": model})
+    base, given = with_payload(dataset, model)
     tree = yaml.safe_load(LEG.read_text())
     tree["foot"]["mass_kg"] += PAYLOAD_KG
     expected = talus.Model.from_tree(tree).base

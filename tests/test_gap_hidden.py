@@ -24,8 +24,8 @@ def plain(tmp_path_factory):
     """A search on a bench that hides nothing."""
     folder = tmp_path_factory.mktemp("plain")
     run("talus-sim", "--model", LEG, "--out", folder / "leg.csv", "--duration", 40)
-    evidence, _ = recorded(LEG, folder, folder / "leg.csv")
-    return Search(evidence, list(evidence.prior))
+    dataset, _ = recorded(LEG, folder, folder / "leg.csv")
+    return Search(dataset, list(dataset.prior))
 
 
 def gained(search, column, strength):
@@ -47,7 +47,7 @@ def test_the_least_size_that_shows_is_that_of_least_squares(plain, key):
     every = []
     for candidate in (c for c in plain.gram.candidates if c.key == key):
         for column in candidate.columns:
-            strength = np.sqrt(plain.least_step / gained(plain, column, 1.0))
+            strength = np.sqrt(plain.detection_threshold / gained(plain, column, 1.0))
             own = dict(zip((layout.kind for layout in plain.gram.layouts), plain.gram.gathered([column])))
             torque = [np.sqrt(np.sum(own[k] ** 2) / np.sum(plain.gram.reading(k) ** 2)) for k in ("T0", "T1")]
             every.append(strength * max(torque))

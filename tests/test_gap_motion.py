@@ -53,19 +53,19 @@ class Twin:
     def __init__(self, folder, effects):
         self.effects, recording = effects, folder / "leg.csv"
         run("talus-sim", "--model", write_truth(folder, effects), "--out", recording, "--duration", 40)
-        evidence, self.identified = recorded(LEG, folder, recording)
-        self.search, fit = search(evidence, list(self.identified.base.values()))
+        dataset, self.identified = recorded(LEG, folder, recording)
+        self.search, fit = search(dataset, list(self.identified.base.values()))
         self.fit = judge(self.search, fit).fit
         self.before = figures.Residuals(self.search, [])
         self.after = figures.Residuals(self.search, self.fit.chosen)
 
     def simulated(self, model, effects):
         """RMS of each joint over every third window: tl_simulate from the recorded state under the recorded torque."""
-        evidence, scene = self.search.evidence, self.search.scenes[0]
-        track, effect = scene.track, effect_list(effects)
-        q, v = ([scene.grid(name, j) for j in range(2)] for name in ("q", "v"))
-        torque = [track.resample(evidence.effort(0, j)) for j in range(2)]
-        windows, found = motion.Windows(track), []
+        dataset, terms = self.search.dataset, self.search.all_terms[0]
+        processed, effect = terms.processed, effect_list(effects)
+        q, v = ([terms.grid(name, j) for j in range(2)] for name in ("q", "v"))
+        torque = [processed.resample(dataset.effort(0, j)) for j in range(2)]
+        windows, found = motion.Windows(processed), []
         for start in windows.starts[::EVERY]:
             state = ffi.new("tl_simulation *")
             check(lib.tl_simulation_init(state, model.struct, [x[start] for x in q], [x[start] for x in v]))
@@ -74,7 +74,7 @@ class Twin:
                 for part in range(PARTS):
                     share = (part + 0.5) / PARTS
                     held = ffi.new("double[2]", [(1 - share) * x[k] + share * x[k + 1] for x in torque])
-                    until_s = (k - start + (part + 1) / PARTS) * track.step_s
+                    until_s = (k - start + (part + 1) / PARTS) * processed.step_s
                     check(lib.tl_simulate(model.struct, lib.tl_held_torque, held, 0.001, state, until_s))
                 found.append([state.motion.q[j] - q[j][k + 1] for j in range(2)])
         return np.sqrt(np.mean(np.square(found), axis=0))
@@ -110,9 +110,9 @@ def test_with_the_effect_it_is_the_librarys_simulation_of_the_truth(twin):
 def test_without_the_effect_it_is_the_librarys_simulation_of_the_plain_fit(twin):
     """Where it is a gap and not noise alone: within a tenth. Beside a spring the plain fit is no plant, and cannot be
     simulated."""
-    base = twin.before.strengths[:len(twin.search.evidence.prior)]
+    base = twin.before.strengths[:len(twin.search.dataset.prior)]
     if twin.effects == [SPRING]:
-        assert not motion.is_plausible(twin.search.scenes[0].at(base))
+        assert not motion.is_plausible(twin.search.all_terms[0].at(base))
         return
     fitted = twin.identified.copy()
     fitted.set_parameters(**physical(fitted, base))
@@ -175,10 +175,10 @@ def test_a_joint_that_friction_holds_stays():
 
 
 def test_a_recording_that_ends_has_no_window_beyond():
-    track = SimpleNamespace(step_s=0.01, kind=[np.ones(60, int)], parts=[{"n": 26}, {"n": 34}])
-    assert list(motion.Windows(track).starts) == [0, 26]
-    track.kind[0][30] = 0
-    assert list(motion.Windows(track).starts) == [0, 31]
+    processed = SimpleNamespace(step_s=0.01, kind=[np.ones(60, int)], parts=[{"n": 26}, {"n": 34}])
+    assert list(motion.Windows(processed).starts) == [0, 26]
+    processed.kind[0][30] = 0
+    assert list(motion.Windows(processed).starts) == [0, 31]
 
 
 # ---- the report --------------------------------------------------------------------

@@ -14,12 +14,12 @@ PHYSICS = re.compile(r"inertia|gravity|coulomb|viscous_?N|stiffness|damping_s|sl
                      r"|^a\[|link_Nm|rotor_Nm|friction_Nm")  # fmt: skip
 # limits and units of the search's grid, and sums of what the library computed
 ALLOWED = {
-    "diagnosis/scene.py": {"whole - self.rotor_Nm", "whole + self.friction_Nm"},
+    "diagnosis/torque_terms.py": {"whole - self.rotor_Nm", "whole + self.friction_Nm"},
     "diagnosis/effects/asymmetric_friction.py": {"abs(size) / at.coulomb_Nm"},
     "diagnosis/effects/stribeck.py": {"0.02 * at.coulomb_Nm", "1.5 * at.usual_coulomb_Nm"},
     "diagnosis/effects/elasticity.py": {"most / stiffness", "harder * stiffness", "float(x[0]) / stiffness"},
     "diagnosis/effects/backlash.py": {"drag * at.coulomb_Nm"},
-    "diagnosis/catalogue/place.py": {"scene.drive_Nm[j] * scene.slip[j]"},  # does it drive, or hold back?
+    "diagnosis/catalogue/place.py": {"terms.drive_Nm[j] * terms.slip[j]"},  # does it drive, or hold back?
 }  # fmt: skip
 
 

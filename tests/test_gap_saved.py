@@ -7,10 +7,10 @@ import pytest
 import yaml
 from talus.diagnosis.catalogue import sparse
 from talus.diagnosis.effects import candidates
-from talus.diagnosis.evidence import Evidence
+from talus.diagnosis.dataset import Dataset
 from talus.diagnosis.kinds import kind_of
-from talus.diagnosis.scene import Extent, Scene
-from talus.diagnosis.track import Track
+from talus.diagnosis.torque_terms import Extent, TorqueTerms
+from talus.diagnosis.processed_recording import ProcessedRecording
 from support import REPOSITORY, run
 
 import talus
@@ -38,36 +38,36 @@ def leg(tmp_path_factory):
 
 
 def setting(tree, recording):
-    """(evidence, scene, candidates) of a recording at the model's own parameters."""
+    """(dataset, torque terms, candidates) of a recording at the model's own parameters."""
     model = talus.Model.from_tree(tree)
-    evidence = Evidence(model, [Track(model, recording)], tree)
-    scene = Scene(evidence, 0, evidence.prior)
-    return evidence, scene, candidates(evidence, [scene], Extent([scene]))
+    dataset = Dataset(model, [ProcessedRecording(model, recording)], tree)
+    terms = TorqueTerms(dataset, 0, dataset.prior)
+    return dataset, terms, candidates(dataset, [terms], Extent([terms]))
 
 
-def library_effect(evidence, candidate, strengths):
+def library_effect(dataset, candidate, strengths):
     """The entry of the model file, as the C struct that the file's reader makes of it."""
     kind = lib.tl_effect_find(candidate.effect.encode())
-    entry, joints = candidate.entry(strengths), evidence.model.joints
+    entry, joints = candidate.entry(strengths), dataset.model.joints
     effect = ffi.new("tl_effect *", {"kind": kind})
     effect.joint = joints.index(candidate.joint) if candidate.joint in joints else talus.constants.TL_MAX_JOINTS
     names = [p.name for p in kind_of(candidate.effect).parameters]
     assert set(entry) <= set(names), (candidate.effect, candidate.shape, entry)
     for k, name in enumerate(names):
         effect.value[k] = entry.get(name, kind.parameter[k].default_value)
-    check(lib.tl_effect_check(effect, evidence.model.struct))
+    check(lib.tl_effect_check(effect, dataset.model.struct))
     return effect
 
 
-def library_adds(evidence, candidate, strengths):
+def library_adds(dataset, candidate, strengths):
     """What the entry adds to each joint's torque, after the score's operator."""
-    track = evidence.tracks[0]
-    regression = talus.Regression(evidence.model, track.recording)
-    effect = library_effect(evidence, candidate, strengths)
-    check(lib.tl_regression_set_effects(regression.struct, effect, 1, track.t_s[0]))
-    base = numpy.array(list(evidence.model.base.values()))
+    processed = dataset.processed_recordings[0]
+    regression = talus.Regression(dataset.model, processed.recording)
+    effect = library_effect(dataset, candidate, strengths)
+    check(lib.tl_regression_set_effects(regression.struct, effect, 1, processed.t_s[0]))
+    base = numpy.array(list(dataset.model.base.values()))
     with_effect = [predicted(parts, base) for parts in regression.rows()]
-    plain = [predicted(parts, base) for parts in talus.Regression(evidence.model, track.recording).rows()]
+    plain = [predicted(parts, base) for parts in talus.Regression(dataset.model, processed.recording).rows()]
     return [a - b for a, b in zip(with_effect, plain)]
 
 
@@ -77,23 +77,23 @@ def predicted(parts, base):
 
 def mismatch(setting, candidate):
     """The largest relative difference over the joints that show the effect, and the joint."""
-    evidence, scene, _ = setting
+    dataset, terms, _ = setting
     strengths = typical(candidate)
-    column = sum_of([column(scene) for column in candidate.columns], strengths)
-    added, worst = library_adds(evidence, candidate, strengths), (0.0, None)
-    size = max(rms(column[c.kind][c.rows]) / evidence.sigma[c.kind] for c in torques(evidence, column))
-    for channel in torques(evidence, column):
+    column = sum_of([column(terms) for column in candidate.columns], strengths)
+    added, worst = library_adds(dataset, candidate, strengths), (0.0, None)
+    size = max(rms(column[c.kind][c.rows]) / dataset.sigma[c.kind] for c in torques(dataset, column))
+    for channel in torques(dataset, column):
         j = int(channel.kind[1])
         here = column[channel.kind][channel.rows]
         # a joint where little shows counts by what shows at the other
-        unit = max(rms(here), 0.05 * size * evidence.sigma[channel.kind], 1e-9 * evidence.sigma[channel.kind])
+        unit = max(rms(here), 0.05 * size * dataset.sigma[channel.kind], 1e-9 * dataset.sigma[channel.kind])
         off = rms(here - added[j][channel.rows]) / unit
-        worst = max(worst, (off, evidence.model.joints[j]), key=lambda x: x[0])
+        worst = max(worst, (off, dataset.model.joints[j]), key=lambda x: x[0])
     return worst
 
 
-def torques(evidence, column):
-    return [c for c in evidence.channels if c.kind in column and c.kind[0] == "T"]
+def torques(dataset, column):
+    return [c for c in dataset.channels if c.kind in column and c.kind[0] == "T"]
 
 
 def sum_of(shown, strengths):
@@ -168,7 +168,7 @@ def pendulum_setting(load=None):
 
 def test_every_strength_that_is_allowed_fits_a_model_file(leg):
     """Also at the limits of shapes that are moved between the grid's points: what a file refuses would be lost."""
-    evidence, _, every = leg
+    dataset, _, every = leg
     tried = 0
     for candidate in every:
         family = candidate.family
@@ -176,16 +176,16 @@ def test_every_strength_that_is_allowed_fits_a_model_file(leg):
         for one in (candidate, *moved):
             limits = [limit for limit in (one.low, one.high) if limit and all(map(math.isfinite, limit)) and any(limit)]
             for strengths in limits:
-                library_effect(evidence, one, strengths)
+                library_effect(dataset, one, strengths)
                 tried += 1
     assert tried > 1000
 
 
 def test_a_legs_sensors_are_off_by_what_such_sensors_can_be(leg):
     """Beside a spring's preload an offset of any size would cancel it, and on another motion the rest of both is huge."""
-    evidence, _, every = leg
+    dataset, _, every = leg
     for joint in ("knee", "ankle"):
-        ampere = evidence.tree[joint]["torque_constant_Nm_A"]
+        ampere = dataset.tree[joint]["torque_constant_Nm_A"]
         (offset,) = (c for c in every if c.key == ("current_offset", joint))
         assert offset.within_range([-0.2 * ampere]) and not offset.within_range([2.0 * ampere])
         late = [c for c in every if c.key == ("delay", joint)]

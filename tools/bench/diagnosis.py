@@ -6,9 +6,9 @@ import random
 import numpy
 import talus
 import yaml
-from talus.diagnosis.evidence import Evidence
+from talus.diagnosis.dataset import Dataset
 from talus.diagnosis.search import Search
-from talus.diagnosis.track import Track
+from talus.diagnosis.processed_recording import ProcessedRecording
 from growth import repeat, run, simulate
 from measure import Comparison, Outcome, alternate, duration
 
@@ -22,8 +22,8 @@ def search_of(path, model):
     """All candidates' rows and products on one recording."""
     tree = yaml.safe_load(model.read_text(encoding="utf-8"))
     given = talus.Model.from_tree(tree)
-    evidence = Evidence(given, [Track(given, talus.Recording.read(path))], tree)
-    return Search(evidence, list(given.base.values()))
+    dataset = Dataset(given, [ProcessedRecording(given, talus.Recording.read(path))], tree)
+    return Search(dataset, list(given.base.values()))
 
 
 def rows_of(gram, candidate):

@@ -2,10 +2,10 @@
 
 One file, one subject, in the order in which a diagnosis runs:
 
-    track.py            one recording: motion, regressor, and the operator that every column passes through
+    processed_recording.py  one recording: motion, regressor, and the operator that every column passes through
     noise.py            periods, blocks and the noise floor of each channel
-    evidence.py         channels of all recordings as weighted rows
-    scene.py            the plain model's torque terms along one recording, which the library computes
+    dataset.py          channels of all recordings as weighted rows
+    torque_terms.py     the plain model's torque terms along one recording, which the library computes
     effects/            one file an effect: its words, the shapes that are tried, all else that is known of it
     catalogue/          candidates: one effect at one joint in one shape, as columns
     gram.py             normal equations by block, fits and their error on blocks held out

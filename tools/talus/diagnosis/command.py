@@ -14,9 +14,9 @@ import talus
 from talus import constants
 
 from . import experiment, fitted, gate, picture, report, words
-from .evidence import Evidence
+from .dataset import Dataset
 from .search import search
-from .track import Track
+from .processed_recording import ProcessedRecording
 from .verdict import judge
 
 NAME = "talus-gap"
@@ -200,12 +200,12 @@ def diagnose(options, step):
     model.effects = []
     if findings and findings[0].grave:
         return report.withheld(identification, findings), tree, model
-    tracks = [Track(given, *pair) for pair in zip(recordings, options.recordings)]
-    reason = experiment.too_poor(tracks)
+    processed_recordings = [ProcessedRecording(given, *pair) for pair in zip(recordings, options.recordings)]
+    reason = experiment.too_poor(processed_recordings)
     if reason:
         return report.withheld(identification, [reason, *findings]), tree, model
-    evidence = Evidence(given, [track for track in tracks if track.parts], tree)
-    finished, fit = search(evidence, list(model.base.values()), step)
+    dataset = Dataset(given, [processed for processed in processed_recordings if processed.parts], tree)
+    finished, fit = search(dataset, list(model.base.values()), step)
     step("maps")
     return report.diagnosis(finished, judge(finished, fit), int(options.seed), findings), tree, model
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from .evidence import NEAR_STOP
+from .dataset import NEAR_STOP
 
 BOOTSTRAPS = 400
 
@@ -11,24 +11,24 @@ class Residuals:
     """Residuals of one fit on the grid, by (record, kind): every block by the fit that left out its fold."""
 
     def __init__(self, search, chosen):
-        evidence = search.evidence
+        dataset = search.dataset
         every = search.columns(chosen)
         strengths = search.gram.fold_strengths(every, search.gram.settled_weights(every))
         self.strengths = strengths[-1]
         self.of = {}
         columns = [column for candidate in chosen for column in candidate.columns]
-        for record, scene in enumerate(search.scenes):
-            shown = [column(scene) for column in columns]
-            fold = evidence.folds[evidence.block_of[record]]
-            for channel in evidence.channels:
+        for record, terms in enumerate(search.all_terms):
+            shown = [column(terms) for column in columns]
+            fold = dataset.folds[dataset.block_of[record]]
+            for channel in dataset.channels:
                 if channel.record == record:
-                    self.of[record, channel.kind] = self._of(evidence, channel, shown, strengths[fold])
+                    self.of[record, channel.kind] = self._of(dataset, channel, shown, strengths[fold])
 
     @staticmethod
-    def _of(evidence, channel, shown, strengths):
+    def _of(dataset, channel, shown, strengths):
         every = np.arange(len(channel.values))
         whole = type(channel)(channel.record, channel.kind, channel.values, np.ones(len(every), bool))
-        base = evidence.base_columns(whole)
+        base = dataset.base_columns(whole)
         out = channel.values - np.einsum("ij,ij->i", base, strengths[:, :base.shape[1]])
         for k, column in enumerate(shown):
             if channel.kind in column:
@@ -36,10 +36,10 @@ class Residuals:
         return out
 
 
-def given_residuals(evidence, record, joint):
+def given_residuals(dataset, record, joint):
     """Residual of the model as given, on the grid."""
-    track = evidence.tracks[record]
-    return track.target[joint] - track.x[joint] @ evidence.prior[track.index[joint]]
+    processed = dataset.processed_recordings[record]
+    return processed.target[joint] - processed.x[joint] @ dataset.prior[processed.index[joint]]
 
 
 def root_mean_square(parts):
@@ -47,18 +47,18 @@ def root_mean_square(parts):
     return float(np.sqrt(np.mean(values**2))) if len(values) else 0.0
 
 
-def torque_rms(evidence, residuals, joint):
+def torque_rms(dataset, residuals, joint):
     """RMS over the scored rows of one joint."""
-    channels = [c for c in evidence.channels if c.kind == f"T{joint}"]
+    channels = [c for c in dataset.channels if c.kind == f"T{joint}"]
     return root_mean_square([residuals.of[c.record, c.kind][c.rows] for c in channels])
 
 
-def noise_floor(evidence, joint):
+def noise_floor(dataset, joint):
     """RMS of the filtered noise on the scored rows."""
-    channels = [c for c in evidence.channels if c.kind == f"T{joint}"]
+    channels = [c for c in dataset.channels if c.kind == f"T{joint}"]
     total = sum(len(c.rows) for c in channels)
-    power = sum(len(c.rows) * evidence.bandwidth[c.record] for c in channels) / max(total, 1)
-    return float(evidence.sigma[f"T{joint}"] * np.sqrt(power))
+    power = sum(len(c.rows) * dataset.bandwidth[c.record] for c in channels) / max(total, 1)
+    return float(dataset.sigma[f"T{joint}"] * np.sqrt(power))
 
 
 def closed_fraction(identified, extended, floor):
@@ -68,67 +68,67 @@ def closed_fraction(identified, extended, floor):
     return float(np.clip((identified**2 - extended**2) / (identified**2 - floor**2), 0.0, 1.0))
 
 
-def block_sums(evidence, residuals, joint):
+def block_sums(dataset, residuals, joint):
     """Squares of one joint's residual on its scored rows, and their number, by block."""
-    squares, number = np.zeros(evidence.blocks), np.zeros(evidence.blocks)
-    for c in evidence.channels:
+    squares, number = np.zeros(dataset.blocks), np.zeros(dataset.blocks)
+    for c in dataset.channels:
         if c.kind == f"T{joint}":
-            block = evidence.block_of[c.record][c.rows]
-            squares += np.bincount(block, residuals.of[c.record, c.kind][c.rows] ** 2, minlength=evidence.blocks)
-            number += np.bincount(block, minlength=evidence.blocks)
+            block = dataset.block_of[c.record][c.rows]
+            squares += np.bincount(block, residuals.of[c.record, c.kind][c.rows] ** 2, minlength=dataset.blocks)
+            number += np.bincount(block, minlength=dataset.blocks)
     return squares, number
 
 
-def closed_interval(evidence, before, after, joint, floor, seed):
+def closed_interval(dataset, before, after, joint, floor, seed):
     """95 % interval of the closed fraction: blocks drawn anew, within each recording as many as it has."""
     random = np.random.Generator(np.random.Philox(seed))
-    (old, number), (new, _) = (block_sums(evidence, r, joint) for r in (before, after))
-    times = np.zeros((BOOTSTRAPS, evidence.blocks))
-    for record in np.unique(evidence.block_record):
-        mine = np.flatnonzero(evidence.block_record == record)
+    (old, number), (new, _) = (block_sums(dataset, r, joint) for r in (before, after))
+    times = np.zeros((BOOTSTRAPS, dataset.blocks))
+    for record in np.unique(dataset.block_record):
+        mine = np.flatnonzero(dataset.block_record == record)
         times[:, mine] = random.multinomial(len(mine), np.full(len(mine), 1 / len(mine)), BOOTSTRAPS)
     rows = np.maximum(times @ number, 1)
     drawn = [closed_fraction(a, b, floor) for a, b in zip(np.sqrt(times @ old / rows), np.sqrt(times @ new / rows))]
     return [float(x) for x in np.quantile(drawn, [0.025, 0.975])]
 
 
-def gap(evidence, before, after, seed):
+def gap(dataset, before, after, seed):
     """`gap` of the report."""
     out = {}
-    for joint, name in enumerate(evidence.model.joints):
-        channels = [c for c in evidence.channels if c.kind == f"T{joint}"]
-        nominal = root_mean_square([given_residuals(evidence, c.record, joint)[c.rows] for c in channels])
-        near = root_mean_square([after.of[c.record, c.kind][evidence.tracks[c.record].kind[joint] == NEAR_STOP]
+    for joint, name in enumerate(dataset.model.joints):
+        channels = [c for c in dataset.channels if c.kind == f"T{joint}"]
+        nominal = root_mean_square([given_residuals(dataset, c.record, joint)[c.rows] for c in channels])
+        near = root_mean_square([after.of[c.record, c.kind][dataset.processed_recordings[c.record].kind[joint] == NEAR_STOP]
                                  for c in channels])  # fmt: skip
-        identified, extended = (torque_rms(evidence, r, joint) for r in (before, after))
-        floor = noise_floor(evidence, joint)
+        identified, extended = (torque_rms(dataset, r, joint) for r in (before, after))
+        floor = noise_floor(dataset, joint)
         out[name] = {
-            "unit": evidence.model.torque_unit,
+            "unit": dataset.model.torque_unit,
             "nominal_rms": nominal,
             "identified_rms": identified,
             "extended_rms": extended,
             "noise_floor_rms": floor,
             "closed_fraction": closed_fraction(identified, extended, floor),
             "reversal_rms": near,
-            "measured_rms": root_mean_square([evidence.tracks[c.record].measured[joint][c.rows] for c in channels]),
-            "closed_interval": closed_interval(evidence, before, after, joint, floor, seed),
+            "measured_rms": root_mean_square([dataset.processed_recordings[c.record].measured[joint][c.rows] for c in channels]),
+            "closed_interval": closed_interval(dataset, before, after, joint, floor, seed),
         }
     return out
 
 
 def effects(search, fit, before):
     """`effects` of the report: each effect with the gap of its joint before and after it was added."""
-    evidence, out, last = search.evidence, [], before
+    dataset, out, last = search.dataset, [], before
     for k, candidate in enumerate(fit.chosen):
         now = Residuals(search, fit.chosen[:k + 1])
-        joints = evidence.model.joints
+        joints = dataset.model.joints
         joint = joints.index(candidate.joint) if candidate.joint in joints else 0
         out.append({
             "effect": candidate.effect,
             "joint": candidate.joint,
             "parameters": candidate.parameters(fit.strengths[k]),
-            "gap_before": torque_rms(evidence, last, joint),
-            "gap_after": torque_rms(evidence, now, joint),
+            "gap_before": torque_rms(dataset, last, joint),
+            "gap_after": torque_rms(dataset, now, joint),
         })  # fmt: skip
         last = now
     return out

@@ -19,11 +19,11 @@ CHUNK = 64  # columns multiplied at once
 class Layout:
     """Where the rows of one kind of channel stand: fold after fold, block after block."""
 
-    def __init__(self, evidence, kind):
+    def __init__(self, dataset, kind):
         self.kind = kind
-        self.channels = [c for c in evidence.channels if c.kind == kind]
-        block = np.concatenate([evidence.block_of[c.record][c.thinned] for c in self.channels])
-        order = np.lexsort((np.arange(len(block)), block, evidence.folds[block]))
+        self.channels = [c for c in dataset.channels if c.kind == kind]
+        block = np.concatenate([dataset.block_of[c.record][c.thinned] for c in self.channels])
+        order = np.lexsort((np.arange(len(block)), block, dataset.folds[block]))
         self.block = block[order]
         place = np.empty(len(order), int)
         place[order] = np.arange(len(order))
@@ -31,9 +31,9 @@ class Layout:
         self.place = {c.record: place[a:b] for c, a, b in zip(self.channels, begins, begins[1:])}
         self.channel = {c.record: c for c in self.channels}
         self.rows = len(order)
-        self.weight = np.sqrt(evidence.thin) / evidence.sigma[kind]
-        fold = evidence.folds[self.block]
-        self.slices = [slice(*np.searchsorted(fold, [f, f + 1])) for f in range(evidence.fold_count)]
+        self.weight = np.sqrt(dataset.thin) / dataset.sigma[kind]
+        fold = dataset.folds[self.block]
+        self.slices = [slice(*np.searchsorted(fold, [f, f + 1])) for f in range(dataset.fold_count)]
 
     def put(self, row, record, values):
         """One column's values of one recording, thinned and weighted, to their places in `row`."""
@@ -49,13 +49,13 @@ class Layout:
 class Gram:
     """Products of base columns, candidate columns and reading."""
 
-    def __init__(self, evidence, scenes, candidates):
-        self.evidence, self.scenes, self.folds = evidence, scenes, evidence.fold_count
-        self.first = evidence.bases + len(evidence.angle_kinds)
+    def __init__(self, dataset, all_terms, candidates):
+        self.dataset, self.all_terms, self.folds = dataset, all_terms, dataset.fold_count
+        self.first = dataset.bases + len(dataset.angle_kinds)
         self.columns = list(dict.fromkeys(c for candidate in candidates for c in candidate.columns))
         self.place = {column: k for k, column in enumerate(self.columns)}
-        shown = {c.kind for c in evidence.channels}  # a planned recording may lack a sensor that another one had
-        self.layouts = [Layout(evidence, kind) for kind in evidence.kinds if kind in shown]
+        shown = {c.kind for c in dataset.channels}  # a planned recording may lack a sensor that another one had
+        self.layouts = [Layout(dataset, kind) for kind in dataset.kinds if kind in shown]
         self.plain = [self._plain_rows(layout) for layout in self.layouts]
         self.rows = [np.zeros((0, 0), np.float32)] * len(self.layouts)
         self.owner = [np.zeros(0, int)] * len(self.layouts)  # the column of each row kept
@@ -70,7 +70,7 @@ class Gram:
         """Base columns and, last, the reading: (first + 1, rows)."""
         out = np.zeros((self.first + 1, layout.rows))
         for record, channel in layout.channel.items():
-            base = self.evidence.base_columns(channel, channel.thinned)
+            base = self.dataset.base_columns(channel, channel.thinned)
             for k in range(self.first):
                 layout.put(out[k], record, base[:, k])
             layout.put(out[-1], record, channel.values[channel.thinned])
@@ -78,8 +78,8 @@ class Gram:
 
     def _fill(self):
         kept = [({}, np.zeros((len(self.columns), layout.rows), np.float32)) for layout in self.layouts]
-        for record, scene in enumerate(self.scenes):
-            for columns, shown in every_batch(scene, self.columns):
+        for record, terms in enumerate(self.all_terms):
+            for columns, shown in every_batch(terms, self.columns):
                 for layout, (owner, rows) in zip(self.layouts, kept):
                     if layout.kind not in shown or record not in layout.channel:
                         continue
@@ -137,7 +137,7 @@ class Gram:
         return [rows[w[0]] if len(w) else 0.0 for rows, w in zip(self.rows, where)]
 
     def _make(self, column):
-        shown = [column(scene) for scene in self.scenes]
+        shown = [column(terms) for terms in self.all_terms]
         out = [np.zeros(layout.rows, np.float32) for layout in self.layouts]
         for layout, rows in zip(self.layouts, out):
             for record, channel in layout.channel.items():
@@ -216,7 +216,7 @@ class Gram:
     def prior_rows(self):
         """What is known of the base parameters before: (unknowns, rows) and readings, in chi-square's unit. Far less than
         recordings tell, but for effects that could stand for a parameter: a spring for gravity, say."""
-        given, width = self.evidence.prior, self.evidence.prior_width
+        given, width = self.dataset.prior, self.dataset.prior_width
         known = np.flatnonzero(given)
         rows, weight = np.zeros((self.first, len(known))), 1 / width[known]
         rows[known, np.arange(len(known))] = weight
@@ -255,7 +255,7 @@ class Gram:
             residual = plain[-1].copy()
             for f, part in enumerate(layout.slices):
                 residual[part] -= strengths[f] @ np.concatenate([plain[:-1, part], own[:, part]])
-            out[layout.kind] = np.bincount(layout.block, residual**2, minlength=self.evidence.blocks)
+            out[layout.kind] = np.bincount(layout.block, residual**2, minlength=self.dataset.blocks)
         return out
 
     def settled_weights(self, columns):
@@ -281,12 +281,12 @@ class Gram:
         return out
 
 
-def every_batch(scene, columns):
+def every_batch(terms, columns):
     """As batches(): the library's columns many at once, a recording's own one by one."""
-    yield from batches(scene, [column for column in columns if isinstance(column, Column)])
+    yield from batches(terms, [column for column in columns if isinstance(column, Column)])
     for column in columns:
         if not isinstance(column, Column):
-            yield [column], {name: values[None] for name, values in column(scene).items()}
+            yield [column], {name: values[None] for name, values in column(terms).items()}
 
 
 def groups(candidates):

@@ -15,7 +15,7 @@ LAST_SHARE = 0.01  # of a column's squares, that the base parameters leave: less
 
 
 def least_shares(search):
-    """For each (effect, joint) the torque, of the measured one, at which its best shape would close a least step, and the
+    """For each (effect, joint) the torque, of the measured one, at which its best shape would pass the detection threshold, and the
     share of that column's squares which base parameters leave. Effects that show in an encoder alone need no torque."""
     gram = search.gram
     plain, beside = gram.plain_gram.sum(0), gram.beside_plain.sum(0)
@@ -30,7 +30,7 @@ def least_shares(search):
     for candidate in gram.candidates:
         for column in gram.of(candidate):
             torque = max(each[kind][column] / measured[kind] for kind in measured)
-            least = math.sqrt(search.least_step * torque / left[column]) if left[column] > 0 else math.inf
+            least = math.sqrt(search.detection_threshold * torque / left[column]) if left[column] > 0 else math.inf
             found = least, left[column] / whole[column]
             out[candidate.key] = min(out.get(candidate.key, (math.inf, 0.0)), found)
     return out
@@ -45,18 +45,18 @@ def applicable(model, load_sensor):
 def not_observable(search):
     """`not_observable` of the report."""
     shares, out = least_shares(search), []
-    for key, lacks_sensor in applicable(search.evidence.model, search.evidence.load_sensor):
+    for key, lacks_sensor in applicable(search.dataset.model, search.dataset.load_sensor):
         effect = EFFECTS[key[0]]
-        took = offset(search.evidence) if effect.in_offset else ""
+        took = offset(search.dataset) if effect.in_offset else ""
         why = reason(shares.get(key), lacks_sensor, took)
         if why and not (lacks_sensor and effect.of_load_sensor):  # there is none that could be wrong
-            out.append({"effect": key[0], "joint": key[1], "why": linear(why) if search.evidence.model.torque_unit == "N" else why})
+            out.append({"effect": key[0], "joint": key[1], "why": linear(why) if search.dataset.model.torque_unit == "N" else why})
     return out
 
 
-def offset(evidence):
+def offset(dataset):
     """Where the zero of a current or sensor went: the model's own parameter, and what identification makes of it."""
-    for name, given, found in zip(evidence.model.base, evidence.prior, evidence.identified):
+    for name, given, found in zip(dataset.model.base, dataset.prior, dataset.identified):
         if name in OFFSETS:
             return f"; {OFFSETS[name]} goes from {given:.3g} to {found:.3g}"
     return ""

@@ -21,11 +21,11 @@ POSES = 9  # of the last joint, at which the inertia is looked at
 class Windows:
     """Ranges of the grid that do not overlap, in the rows that are kept at every joint."""
 
-    def __init__(self, track):
-        self.steps = max(2, round(WINDOW_S / track.step_s))
-        self.step_s, begin, starts = track.step_s, 0, []
-        kept = np.all([kind != 0 for kind in track.kind], axis=0)
-        for part in track.parts:
+    def __init__(self, processed):
+        self.steps = max(2, round(WINDOW_S / processed.step_s))
+        self.step_s, begin, starts = processed.step_s, 0, []
+        kept = np.all([kind != 0 for kind in processed.kind], axis=0)
+        for part in processed.parts:
             first = begin
             while first + self.steps < begin + part["n"]:
                 if kept[first:first + self.steps + 1].all():
@@ -50,10 +50,10 @@ def inertia_over(model, angles):
     return np.array(out)
 
 
-def is_plausible(scene):
+def is_plausible(terms):
     """Is the fit's inertia one that a plant can have, and within a factor of the given one?"""
-    poses = np.array([np.quantile(q[scene.track.inside], np.linspace(0, 1, POSES)) for q in scene.q]).T
-    mine, given = (inertia_over(model, poses) for model in (scene.model, scene.evidence.model))
+    poses = np.array([np.quantile(q[terms.processed.inside], np.linspace(0, 1, POSES)) for q in terms.q]).T
+    mine, given = (inertia_over(model, poses) for model in (terms.model, terms.dataset.model))
     try:
         roots = np.linalg.inv(np.linalg.cholesky(given))
     except np.linalg.LinAlgError:
@@ -62,10 +62,10 @@ def is_plausible(scene):
     return bool(share.min() > 1 / MOST_OF_GIVEN and share.max() < MOST_OF_GIVEN)
 
 
-def plant_of(scene):
-    """The model of a scene, its friction none below 0."""
-    model = scene.model.copy()
-    for j in range(scene.evidence.joints):
+def plant_of(terms):
+    """The model of torque terms, its friction none below 0."""
+    model = terms.model.copy()
+    for j in range(terms.dataset.joints):
         drive = model.struct.drive[j]
         drive.coulomb_Nm, drive.viscous_Nms_rad = max(drive.coulomb_Nm, 0.0), max(drive.viscous_Nms_rad, 0.0)
     return model
@@ -74,11 +74,11 @@ def plant_of(scene):
 # ---- effects -----------------------------------------------------------------------
 
 
-def effect_of(evidence, candidate, strengths):
+def effect_of(dataset, candidate, strengths):
     """A candidate as the library's effect."""
     kind, values = kind_of(candidate.effect), candidate.entry(strengths)
     effect = ffi.new("tl_effect *", {"kind": kind.struct})
-    joints = evidence.model.joints
+    joints = dataset.model.joints
     effect.joint = joints.index(candidate.joint) if candidate.joint in joints else BASE
     for k, parameter in enumerate(kind.parameters):
         effect.value[k] = values.get(parameter.name, parameter.default_value or 0.0)
@@ -93,17 +93,17 @@ def acts_in_time(effect, model):
 
 def acting(search, record, model, chosen, strengths):
     """(effects that act in the simulation, what the others are along the recorded motion, (joints, n) on the grid)."""
-    scene, rest = search.scenes[record], list(strengths)
-    effects, fixed = [], np.zeros((scene.evidence.joints, len(scene.track.grid_t_s)))
+    terms, rest = search.all_terms[record], list(strengths)
+    effects, fixed = [], np.zeros((terms.dataset.joints, len(terms.processed.grid_t_s)))
     for candidate in chosen:
         own, rest = rest[:len(candidate.columns)], rest[len(candidate.columns):]
         for part, mine in candidate.pieces(own):
-            effect = effect_of(scene.evidence, part, mine)
+            effect = effect_of(terms.dataset, part, mine)
             if acts_in_time(effect, model):
                 effects.append(effect)
                 continue
             for column, strength in zip(part.columns, mine):
-                for name, values in column(scene).items():
+                for name, values in column(terms).items():
                     if name[0] == "T":
                         fixed[int(name[1])] += strength * values
     return effects, fixed
@@ -112,18 +112,18 @@ def acting(search, record, model, chosen, strengths):
 # ---- the simulation ----------------------------------------------------------------
 
 
-def deviations(scene, windows, model, effects, torque):
+def deviations(terms, windows, model, effects, torque):
     """Simulated less recorded position of every joint in all windows, (joints, steps, windows); None where the plant
     cannot be simulated."""
-    joints = range(scene.evidence.joints)
-    q, v = ([np.ascontiguousarray(scene.grid(name, j)) for j in joints] for name in ("q", "v"))
+    joints = range(terms.dataset.joints)
+    q, v = ([np.ascontiguousarray(terms.grid(name, j)) for j in joints] for name in ("q", "v"))
     torque = [np.ascontiguousarray(x) for x in torque]
     out = np.zeros((len(joints), windows.steps, len(windows.starts)))
     every = ffi.new("tl_effect[]", max(len(effects), 1))
     for place, effect in enumerate(effects):
         every[place] = effect[0]
     spec = ffi.new("tl_windows *", {"model": model.struct, "effect": every, "effects": len(effects), "step_s": windows.step_s,
-                   "begin_s": scene.track.grid_t_s[0] - scene.t_s[0], "longest_step_s": LONGEST_STEP_S,
+                   "begin_s": terms.processed.grid_t_s[0] - terms.t_s[0], "longest_step_s": LONGEST_STEP_S,
                    "first": ffi.from_buffer("size_t[]", windows.starts), "count": len(windows.starts), "steps": windows.steps,
                    "deviation": pointer(out)})  # fmt: skip
     for name, rows in (("q", q), ("v", v), ("torque", torque)):
@@ -138,36 +138,36 @@ def deviations(scene, windows, model, effects, torque):
 
 def deviations_of(search, record, chosen, residuals):
     """Deviations of one recording, or None where it has no window."""
-    evidence, windows = search.evidence, Windows(search.evidence.tracks[record])
+    dataset, windows = search.dataset, Windows(search.dataset.processed_recordings[record])
     if not len(windows.starts):
         return None
-    given, joints = search.scenes[record], range(evidence.joints)
-    base = residuals.strengths[:evidence.bases]
-    scene = given if np.array_equal(given.base, base) else given.at(base, given.torque_constant_error)
-    if not is_plausible(scene):  # then the given model stands in, with what the fit leaves of the torque
-        scene = given.at(evidence.prior)
-        torque = [scene.grid("motor_Nm", j) + residuals.of[record, f"T{j}"] for j in joints]
-        return deviations(scene, windows, plant_of(scene), [], torque)
-    effects, fixed = acting(search, record, scene.model, chosen, residuals.strengths[search.gram.first:])
-    torque = [scene.track.resample(evidence.effort(record, j)) - fixed[j] for j in joints]
-    return deviations(scene, windows, plant_of(scene), effects, torque)
+    given, joints = search.all_terms[record], range(dataset.joints)
+    base = residuals.strengths[:dataset.bases]
+    terms = given if np.array_equal(given.base, base) else given.at(base, given.torque_constant_error)
+    if not is_plausible(terms):  # then the given model stands in, with what the fit leaves of the torque
+        terms = given.at(dataset.prior)
+        torque = [terms.grid("motor_Nm", j) + residuals.of[record, f"T{j}"] for j in joints]
+        return deviations(terms, windows, plant_of(terms), [], torque)
+    effects, fixed = acting(search, record, terms.model, chosen, residuals.strengths[search.gram.first:])
+    torque = [terms.processed.resample(dataset.effort(record, j)) - fixed[j] for j in joints]
+    return deviations(terms, windows, plant_of(terms), effects, torque)
 
 
 def rms(search, chosen, residuals):
     """RMS of each joint's deviation over all recordings."""
-    found = [deviations_of(search, record, chosen, residuals) for record in range(len(search.evidence.tracks))]
+    found = [deviations_of(search, record, chosen, residuals) for record in range(len(search.dataset.processed_recordings))]
     found = [x.reshape(len(x), -1) for x in found if x is not None]
     if not found:
-        return np.full(search.evidence.joints, np.nan)
+        return np.full(search.dataset.joints, np.nan)
     return np.sqrt(np.mean(np.concatenate(found, axis=1) ** 2, axis=1))
 
 
 def motion(search, fit, before, after):
     """`motion` of the report; empty where a sensor at the output was recorded: there the motion is not the drive's."""
-    if search.evidence.load_sensor:
+    if search.dataset.load_sensor:
         return {}
     identified = rms(search, [], before)
     extended = rms(search, fit.chosen, after) if fit.chosen else identified
-    unit = search.evidence.model.coordinate_unit
+    unit = search.dataset.model.coordinate_unit
     return {name: {"unit": unit, "identified_rms": float(x), "extended_rms": float(y)}
-            for name, x, y in zip(search.evidence.model.joints, identified, extended) if np.isfinite(x + y)}  # fmt: skip
+            for name, x, y in zip(search.dataset.model.joints, identified, extended) if np.isfinite(x + y)}  # fmt: skip

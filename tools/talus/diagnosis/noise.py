@@ -50,13 +50,13 @@ def mismatches(angles):
     return np.max(out, axis=0)
 
 
-def find_period_s(track):
+def find_period_s(processed):
     """Shortest lag at which all joint angles repeat, and beside a sensor at the output the drive's current, or None."""
-    angles = [track.resample(q) for q in track.q]
-    if "joint_load_Nm" in track.columns:
-        angles.append(track.lowpass(track.resample(track.columns["joint_current_A"])))
-    n, step_s = len(angles[0]), track.step_s
-    if len(track.parts) != 1 or min(np.var(x) for x in angles) < 1e-12:
+    angles = [processed.resample(q) for q in processed.q]
+    if "joint_load_Nm" in processed.columns:
+        angles.append(processed.lowpass(processed.resample(processed.columns["joint_current_A"])))
+    n, step_s = len(angles[0]), processed.step_s
+    if len(processed.parts) != 1 or min(np.var(x) for x in angles) < 1e-12:
         return None
 
     every = mismatches(angles)
@@ -78,17 +78,17 @@ def find_period_s(track):
     return (near[i] + shift) * step_s
 
 
-def repeat_deviation(track, values, mask, period_s):
+def repeat_deviation(processed, values, mask, period_s):
     """Standard deviation of filtered noise by what differs between periods at the same phase, or None.
 
     Second differences from period to period let a level or a slope over time pass unseen; the median over phases,
     corrected for its distribution, lets pass the few phases at which a reversal falls a sample earlier or later."""
-    t = track.grid_t_s - track.grid_t_s[0]
-    periods = int((t[-1] + track.step_s) / period_s)
+    t = processed.grid_t_s - processed.grid_t_s[0]
+    periods = int((t[-1] + processed.step_s) / period_s)
     if periods < 3:
         return None
-    phase = np.arange(int(period_s / track.step_s)) * track.step_s
-    every = np.array([interpolated(values, np.minimum(phase + k * period_s, t[-1]) / track.step_s) for k in range(periods)])
+    phase = np.arange(int(period_s / processed.step_s)) * processed.step_s
+    every = np.array([interpolated(values, np.minimum(phase + k * period_s, t[-1]) / processed.step_s) for k in range(periods)])
     known = np.array([np.interp(phase + k * period_s, t, mask.astype(float)) for k in range(periods)]) > 0.99
     full = known.all(0)
     if full.sum() < FEWEST_REPEATED_ROWS:
@@ -122,7 +122,7 @@ def near_repeat_deviation(states, residual, t_s):
     return float(np.sqrt(np.median(half) / median_of_chi2(1.0)))
 
 
-def least_step(values):
+def detection_threshold(values):
     """The sensor's step: the smallest change that occurs."""
     change = np.abs(np.diff(values))
     change = change[change > 1e-9]

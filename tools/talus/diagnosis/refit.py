@@ -6,11 +6,11 @@ import numpy as np
 from .effects import torque_constant_error
 from .gram import Gram
 from .physical import constrained
-from .scene import Scene
+from .torque_terms import TorqueTerms
 
 REWEIGHINGS = 4
 STEP_SHARES = (0.5, 0.35, 0.25, 0.15, 0.1, 0.06)  # of a shape's first step
-LEAST_STEP = 1.0  # of the cost: less is not worth another shape
+DETECTION_THRESHOLD = 1.0  # of the cost: less is not worth another shape
 MOST_FITS, STAYS = 4, 2e-3
 RIDGE = 1e-10  # of unit columns: keeps what cannot be told apart solvable
 
@@ -68,7 +68,7 @@ def best_shapes(search, chosen):
     has taken the shapes that suit the finest sensor."""
     chosen = [part for c in chosen for part in (c.parts or (c,))]
     for i, old in enumerate(chosen):
-        if not any(set(column(search.scenes[0])) & {"E", "K", "F"} for column in old.columns):
+        if not any(set(column(search.all_terms[0])) & {"E", "K", "F"} for column in old.columns):
             continue
         alone = [c.key for c in chosen].count(old.key) == 1
         others = [old, *(c for c in search.gram.candidates if alone and c.key == old.key)]
@@ -86,19 +86,19 @@ def moved(search, chosen, i, least):
             for side in (1, -1):
                 other = chosen[i].family.beside(number, share, side)
                 value = np.inf if other is None else cost(search, [*chosen[:i], other, *chosen[i + 1:]], i)
-                if value < least - LEAST_STEP:
+                if value < least - DETECTION_THRESHOLD:
                     chosen[i], least = other, value
                     break
         search.gram.forget(chosen)
 
 
 class Anew:
-    """The chosen effects' rows on scenes at other base parameters: what of a law hangs on load or friction moves with them."""
+    """The chosen effects' rows on torque terms at other base parameters: what of a law hangs on load or friction moves with them."""
 
     def __init__(self, search, chosen, base, excess):
-        self.evidence = search.evidence
-        self.scenes = [Scene(self.evidence, record, base, excess) for record in range(len(self.evidence.tracks))]
-        self.gram = Gram(self.evidence, self.scenes, chosen)
+        self.dataset = search.dataset
+        self.all_terms = [TorqueTerms(self.dataset, record, base, excess) for record in range(len(self.dataset.processed_recordings))]
+        self.gram = Gram(self.dataset, self.all_terms, chosen)
 
 
 def settled_fit(search, chosen, model):
@@ -107,7 +107,7 @@ def settled_fit(search, chosen, model):
     for _ in range(MOST_FITS):
         trial = model.copy()
         trial.set_parameters(**found[0])
-        before, base, excess = search.scenes[0], np.array(list(trial.base.values())), torque_constant_error(chosen, found[1])
+        before, base, excess = search.all_terms[0], np.array(list(trial.base.values())), torque_constant_error(chosen, found[1])
         if np.allclose([*base, 1 + excess], [*before.base, 1 + before.torque_constant_error], rtol=STAYS, atol=0):
             break
         search = Anew(search, chosen, base, excess)

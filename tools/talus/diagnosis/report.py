@@ -22,20 +22,20 @@ class Diagnosis:
 
 def diagnosis(search, verdict, seed, findings):
     """The diagnosis of a finished search; `findings` are those that are not grave."""
-    evidence, fit = search.evidence, verdict.fit
+    dataset, fit = search.dataset, verdict.fit
     before = figures.Residuals(search, [])
     after = figures.Residuals(search, fit.chosen) if fit.chosen else before
     places, maps = where(search, before, fit.chosen[0].key if fit.chosen else None)
     maps_after = where(search, after)[1] if fit.chosen else maps
     named = verdict.probabilities[0]
     proposal = experiment.propose(search, verdict)
-    why = linear(proposal.why) if evidence.model.torque_unit == "N" else proposal.why
+    why = linear(proposal.why) if dataset.model.torque_unit == "N" else proposal.why
     report = {
         "schema": SCHEMA,
         "verdict": entry(*named),
         "alternatives": [entry(*p) for p in verdict.probabilities[1:]],
         "effects": [],
-        "gap": figures.gap(evidence, before, after, seed),
+        "gap": figures.gap(dataset, before, after, seed),
         "motion": motion.motion(search, fit, before, after),
         "where": places,
         "confusable": [

@@ -10,14 +10,14 @@ from .catalogue.candidate import joined
 from .effects import EFFECTS, candidates, torque_constant_error
 from .figures import Residuals
 from .gram import Gram
-from .scene import Extent, Scene
+from .torque_terms import Extent, TorqueTerms
 from .shapes import REFINED_WITHIN, refined
 
 # docs/diagnosis.md has the reason of each
 TOLERATED_PER_FREEDOM = 0.10  # excess that the reconstruction itself leaves, per degree of freedom
 TOLERATED_OF_SIGNAL = 0.007  # and of the measured torque
-LEAST_STEP = 40.0  # chi-square
-LEAST_STEP_PER_FREEDOM = 0.0075
+DETECTION_THRESHOLD = 40.0  # chi-square
+DETECTION_THRESHOLD_PER_FREEDOM = 0.0075
 LEAST_Z = 3.0  # of the gain over blocks
 # an effect that few blocks show, and that explains all they have: slow ramps alone tell what happens near standstill
 ALL_OF_IT, STEPS_OF_ALL, LEAST_Z_OF_ALL = 0.9, 10.0, 2.0
@@ -65,22 +65,22 @@ class Fit:
 class Search:
     """Candidates at identified base parameters, and the fits among them."""
 
-    def __init__(self, evidence, base, choose=list, excess=0.0):
-        self.evidence = evidence
-        self.scenes = [Scene(evidence, record, base, excess) for record in range(len(evidence.tracks))]
-        self.extent = Extent(self.scenes)
-        self.gram = Gram(evidence, self.scenes, choose(candidates(evidence, self.scenes, self.extent)))
-        self.freedom = evidence.freedom()
-        self.least_step = LEAST_STEP + LEAST_STEP_PER_FREEDOM * self.freedom
+    def __init__(self, dataset, base, choose=list, excess=0.0):
+        self.dataset = dataset
+        self.all_terms = [TorqueTerms(dataset, record, base, excess) for record in range(len(dataset.processed_recordings))]
+        self.extent = Extent(self.all_terms)
+        self.gram = Gram(dataset, self.all_terms, choose(candidates(dataset, self.all_terms, self.extent)))
+        self.freedom = dataset.freedom()
+        self.detection_threshold = DETECTION_THRESHOLD + DETECTION_THRESHOLD_PER_FREEDOM * self.freedom
         self.plain = self.fit([])
-        self.tolerated_of = {kind: self._tolerated(kind) for kind in evidence.kinds}
+        self.tolerated_of = {kind: self._tolerated(kind) for kind in dataset.kinds}
         self.tolerated = sum(self.tolerated_of.values())
 
     def _tolerated(self, kind):
         """Excess that reconstruction itself may leave in one kind of channel."""
-        signal = sum(float(c.values[c.rows] @ c.values[c.rows]) / self.evidence.sigma[kind] ** 2
-                     for c in self.evidence.channels if c.kind == kind and kind[0] == "T")  # fmt: skip
-        return TOLERATED_PER_FREEDOM * self.evidence.freedom(kind) + TOLERATED_OF_SIGNAL**2 * signal
+        signal = sum(float(c.values[c.rows] @ c.values[c.rows]) / self.dataset.sigma[kind] ** 2
+                     for c in self.dataset.channels if c.kind == kind and kind[0] == "T")  # fmt: skip
+        return TOLERATED_PER_FREEDOM * self.dataset.freedom(kind) + TOLERATED_OF_SIGNAL**2 * signal
 
     def columns(self, chosen):
         return [column for candidate in chosen for column in candidate.columns]
@@ -99,10 +99,10 @@ class Search:
     def _is_this_leg(self, base):
         """A spring and a foot four times as heavy together look like a cable between both joints: no effect is worth a
         leg that is neither the given one nor, where the file is rough, the one that identification finds without it."""
-        if not self.evidence.at_motor:
+        if not self.dataset.at_motor:
             return True
         seen = self.gram.base[:len(INERTIAL)]
-        given, identified = self.evidence.prior[seen], self.evidence.identified[seen]
+        given, identified = self.dataset.prior[seen], self.dataset.identified[seen]
         near = np.abs(base[:len(INERTIAL)] - given) <= FARTHEST * np.abs(given)
         as_identified = np.abs(base[:len(INERTIAL)] - identified) <= FARTHEST_FROM_IDENTIFIED * np.abs(identified)
         return bool(np.all(near | as_identified))
@@ -129,14 +129,14 @@ class Search:
         """Effects of several orders or modes get a second one, where it closes much of what the first leaves."""
         *others, last = fit.chosen
         within = fit.excess < self.tolerated
-        if not EFFECTS[last.effect].several or (within and self.evidence.at_motor):
+        if not EFFECTS[last.effect].several or (within and self.dataset.at_motor):
             return fit
         shapes = [c for c in self.gram.candidates if c.key == last.key and not set(c.columns) & set(last.columns)]
         shapes = [c for c in shapes if len(c.columns) <= len(last.columns)]
         found = self.beside(others, [joined(last, c) for c in shapes])
         second = min(found, key=lambda f: f.excess, default=fit)
         # a second order that hides within the tolerance must be as plain as an effect that does
-        least = STEPS_WITHIN_TOLERANCE * self.least_step if within else LEAST_STEP
+        least = STEPS_WITHIN_TOLERANCE * self.detection_threshold if within else DETECTION_THRESHOLD
         return second if fit.excess - second.excess > max(JOINED_MUST_CLOSE * (fit.excess - self.tolerated), least) else fit
 
     def reshaped(self, fit):
@@ -192,25 +192,25 @@ class Search:
         old, new = (self.gram.held_out_blocks(self.columns(fit.chosen)) for fit in (before, after))
         total_old, total_new = sum(old.values()), sum(new.values())
         filled = total_old > 0
-        gain, record = (total_old - total_new)[filled], self.evidence.block_record[filled]
+        gain, record = (total_old - total_new)[filled], self.dataset.block_record[filled]
         # where blocks differ much in size, the sum is one block's word: relative gains give each block its own
         z = max(over_blocks(gain, record), over_blocks(gain / (total_old + total_new)[filled], record))
         tempered = (before.excess - after.excess) / max(1.0, (after.excess + self.freedom) / self.freedom)
-        own = self._tempered_at(self.evidence.kinds_at(after.chosen[-1].joint), old, new)
+        own = self._tempered_at(self.dataset.kinds_at(after.chosen[-1].joint), old, new)
         return max(tempered, own), z, self._share(old, new, after.chosen[-1])
 
     def _tempered_at(self, kinds, old, new):
         """The gain of some kinds of channel, over what is left of each degree of their freedom."""
         before, after = (sum(x[kind].sum() for kind in kinds) for x in (old, new))
-        return (before - after) / max(1.0, after / sum(self.evidence.freedom(kind) for kind in kinds))
+        return (before - after) / max(1.0, after / sum(self.dataset.freedom(kind) for kind in kinds))
 
     def _share(self, old, new, added):
         """Share of the open excess that a step closes, over all channels, those at the added effect's joint, or its torque
         alone: what another effect leaves elsewhere says nothing about this one."""
-        shares, own = [], self.evidence.kinds_at(added.joint)
-        for kinds in (self.evidence.kinds, own, [kind for kind in own if kind[0] == "T"]):
+        shares, own = [], self.dataset.kinds_at(added.joint)
+        for kinds in (self.dataset.kinds, own, [kind for kind in own if kind[0] == "T"]):
             before, after = (sum(x[kind].sum() for kind in kinds) for x in (old, new))
-            still_open = before - sum(self.evidence.freedom(k) + self.tolerated_of[k] for k in kinds)
+            still_open = before - sum(self.dataset.freedom(k) + self.tolerated_of[k] for k in kinds)
             shares.append((before - after) / still_open if still_open > 0 else 0.0)
         return max(shares)
 
@@ -218,15 +218,15 @@ class Search:
         """Is the step from one fit to another worth an effect? `share` of what is left must be closed, and the gain be worth
         some least steps."""
         tempered, z, closed = self.step(before, after)
-        all_of_it = closed > ALL_OF_IT and tempered > STEPS_OF_ALL * self.least_step
-        least_z = LEAST_Z if self.evidence.joints > 1 else SINGLE_JOINT_LEAST_Z
-        enough = tempered > steps * self.least_step and z > (min(least_z, LEAST_Z_OF_ALL) if all_of_it else least_z)
+        all_of_it = closed > ALL_OF_IT and tempered > STEPS_OF_ALL * self.detection_threshold
+        least_z = LEAST_Z if self.dataset.joints > 1 else SINGLE_JOINT_LEAST_Z
+        enough = tempered > steps * self.detection_threshold and z > (min(least_z, LEAST_Z_OF_ALL) if all_of_it else least_z)
         return bool(enough and (share == 0 or closed > share))
 
     def is_worth_adding(self, before, after, share):
         """Is a further effect, the last of `after`, more than what another form of the effect at its joint would do?"""
         added, joints = after.chosen[-1], {c.joint for c in before.chosen}
-        if self.evidence.joints == 1:
+        if self.dataset.joints == 1:
             return self.significant(before, after, SINGLE_JOINT_MUST_CLOSE)
         left = (before.excess - self.tolerated) / max(self.plain.excess - self.tolerated, 1e-9)
         near = left < LEFT_BY_A_FORM and (added.joint in joints or "base" in joints | {added.joint})
@@ -253,10 +253,10 @@ class Search:
     def _worth_more(self, fit):
         """Is there a kind of channel in which enough stands open? A fine encoder's gap can dwarf the others'."""
         plain, now = (self.gram.held_out_blocks(self.columns(x.chosen)) for x in (self.plain, fit))
-        enough = CLOSED_ENOUGH if self.evidence.joints > 1 else SINGLE_JOINT_CLOSED_ENOUGH
-        for kind in self.evidence.kinds:
-            known = self.evidence.freedom(kind) + self.tolerated_of[kind]
-            if now[kind].sum() - known > max(enough * (plain[kind].sum() - known), LEAST_STEP):
+        enough = CLOSED_ENOUGH if self.dataset.joints > 1 else SINGLE_JOINT_CLOSED_ENOUGH
+        for kind in self.dataset.kinds:
+            known = self.dataset.freedom(kind) + self.tolerated_of[kind]
+            if now[kind].sum() - known > max(enough * (plain[kind].sum() - known), DETECTION_THRESHOLD):
                 return True
         return False
 
@@ -276,15 +276,15 @@ def over_blocks(gain, record):
     return gain.sum() / np.sqrt(variance)
 
 
-def plain_base(evidence):
+def plain_base(dataset):
     """Base parameters of the plain model by weighted least squares on the scored rows."""
-    return Gram(evidence, [None] * len(evidence.tracks), []).fold_strengths([])[-1][:evidence.bases]
+    return Gram(dataset, [None] * len(dataset.processed_recordings), []).fold_strengths([])[-1][:dataset.bases]
 
 
-def search(evidence, base, step=lambda text: None):
+def search(dataset, base, step=lambda text: None):
     """(search, fit): the search at the parameters that suit the best effect, and the effects chosen."""
     step("candidates")
-    first = Search(evidence, base, sparse if evidence.at_motor else list)
+    first = Search(dataset, base, sparse if dataset.at_motor else list)
     step("single effects")
     singles = first.scan([], looking=True)
     # candidates are made of the plain model's torques, and coloured noise shows beside a model that knows the motion:
@@ -292,21 +292,21 @@ def search(evidence, base, step=lambda text: None):
     best = first.plain
     if singles and first.significant(first.plain, singles[0], 0.0):
         best = refined(first, singles[0], 0)
-    again = first.gram.fold_strengths(first.columns(best.chosen))[-1][:evidence.bases]
+    again = first.gram.fold_strengths(first.columns(best.chosen))[-1][:dataset.bases]
     left = Residuals(first, best.chosen)
-    evidence.find_sigma(lambda c: left.of[c.record, c.kind])
+    dataset.find_sigma(lambda c: left.of[c.record, c.kind])
     if not np.all(np.isfinite(again)) or not best.chosen:
         again = base
     excess, wanted = torque_constant_error(best.chosen, best.strengths), list
-    if evidence.at_motor:  # a body that closes little in a first look can be no more than a second effect, whose shape is refined
+    if dataset.at_motor:  # a body that closes little in a first look can be no more than a second effect, whose shape is refined
         gained = {fit.chosen[-1].key: first.plain.excess - fit.excess for fit in singles}
         much = {key for key in gained if gained[key] > PROMISING * max(gained.values())}
         whole = {c.key for c in first.gram.candidates if not EFFECTS[c.effect].integrated} | much
         wanted = functools.partial(sparse, whole=whole)
     del first, singles, best
-    gc.collect()  # candidates hold their scenes in circles
+    gc.collect()  # candidates hold their torque terms in circles
     step("candidates, once more")
-    second = Search(evidence, again, wanted, excess)
+    second = Search(dataset, again, wanted, excess)
     step("combinations")
     singles = second.singles()
     if not singles or not second.significant(second.plain, singles[0], 0.0):

@@ -14,13 +14,13 @@ LEFT_OF_ONE_JOINT = 0.82  # of its whole error, noise and all: what takes less a
 LEFT_WIDTH = 0.03  # of the logarithm
 NOTHING_FACTOR = 2.5  # of the tolerated excess: without any effect, none and unknown are equally likely
 LOGIT_WIDTH = 0.35  # of the logarithm
-TEMPER = 50.0  # chi-square by which equally good shapes of different effects differ anyhow
-TEMPER_OF_ONE_JOINT = 15.0  # the best of 1,000 columns gains that in white noise, and there are few instants
-TEMPER_OF_REST = 0.25
-TEMPER_OF_REST_OF_ONE_JOINT = 0.1
-TEMPER_OF_EXCESS = 0.0005
-TEMPER_OF_HELD = 4.0  # where the better form holds the other: what is left tells how far noise alone decides
-TEMPER_OF_REST_OF_HELD = 0.03  # of all that the torque there shows above noise
+TEMPERATURE = 50.0  # chi-square by which equally good shapes of different effects differ anyhow
+TEMPERATURE_OF_ONE_JOINT = 15.0  # the best of 1,000 columns gains that in white noise, and there are few instants
+TEMPERATURE_OF_REST = 0.25
+TEMPERATURE_OF_REST_OF_ONE_JOINT = 0.1
+TEMPERATURE_OF_EXCESS = 0.0005
+TEMPERATURE_OF_NESTED = 4.0  # where the better form holds the other: what is left tells how far noise alone decides
+TEMPERATURE_OF_REST_OF_NESTED = 0.03  # of all that the torque there shows above noise
 ADDS_NOTHING = 4.0  # chi-square that a form may gain beside one that holds it
 HOPELESS = 60.0  # twice the logarithm of the odds: a rival that has so much against it
 LEAST_PART_OF_ALL = 0.25  # of the excess, closed at one joint, for a verdict on that joint alone
@@ -62,13 +62,13 @@ def logistic(x):
 
 def too_little(search, fit):
     """Probability that what was gained within the tolerance is no effect."""
-    gain = (search.plain.excess - fit.excess) / search.least_step
+    gain = (search.plain.excess - fit.excess) / search.detection_threshold
     return logistic((STEPS_WITHIN_TOLERANCE - gain) / STEPS_WIDTH)
 
 
 def most_open(search, fit):
     """Share of the systematic excess that may be left: there, the cause counts as unknown with probability one half."""
-    if search.evidence.joints == 1:
+    if search.dataset.joints == 1:
         return UNKNOWN_SHARE_OF_ONE_JOINT
     alone = len(fit.chosen) == 1 and EFFECTS[fit.chosen[0].effect].one_form
     return UNKNOWN_SHARE_OF_ONE_LAW if alone else UNKNOWN_SHARE
@@ -77,15 +77,15 @@ def most_open(search, fit):
 def still_open(search, fit, most):
     """Share of the systematic excess that is left: of all channels, or of those at the joint of the first
     effect, where it closes much of the whole. What nothing explains at another joint does not make it less sure."""
-    evidence = search.evidence
-    left = max(fit.excess + evidence.irregular_excess() - search.tolerated, 0)
-    whole = search.plain.excess + evidence.irregular_excess() - search.tolerated
+    dataset = search.dataset
+    left = max(fit.excess + dataset.irregular_excess() - search.tolerated, 0)
+    whole = search.plain.excess + dataset.irregular_excess() - search.tolerated
     share = left / max(whole, 1.0) if whole > 0 else 0.0
-    own = evidence.kinds_at(fit.chosen[0].joint)
-    if own == evidence.kinds or share < most:
+    own = dataset.kinds_at(fit.chosen[0].joint)
+    if own == dataset.kinds or share < most:
         return share
     old, new = (search.gram.held_out_blocks(search.columns(chosen)) for chosen in ([], fit.chosen))
-    known = sum(evidence.freedom(k) + search.tolerated_of[k] - evidence.irregular_excess(k) for k in own)
+    known = sum(dataset.freedom(k) + search.tolerated_of[k] - dataset.irregular_excess(k) for k in own)
     before, after = (max(sum(x[k].sum() for k in own) - known, 0.0) for x in (old, new))
     if before - after < LEAST_PART_OF_ALL * whole or after / before > share:
         return share
@@ -95,35 +95,35 @@ def still_open(search, fit, most):
 def left_of_the_whole(search, fit):
     """Probability by what is left of the whole error: a machine's model errs a little for many reasons at once, and some
     effect takes up a part of them. Twins have the one gap that they were given."""
-    if search.evidence.joints > 1:
+    if search.dataset.joints > 1:
         return 0.0
     left = 0.5 * math.log((fit.excess + search.freedom) / (search.plain.excess + search.freedom))
     return logistic((left - math.log(LEFT_OF_ONE_JOINT)) / LEFT_WIDTH)
 
 
-def temper_of(search, left, before):
+def temperature_of(search, left, before):
     """By how much chi-square differs between forms that are equally good: the more is left, the more."""
-    leg = search.evidence.joints > 1
-    least, of_rest = (TEMPER, TEMPER_OF_REST) if leg else (TEMPER_OF_ONE_JOINT, TEMPER_OF_REST_OF_ONE_JOINT)
-    return least + of_rest * left + TEMPER_OF_EXCESS * before
+    leg = search.dataset.joints > 1
+    least, of_rest = (TEMPERATURE, TEMPERATURE_OF_REST) if leg else (TEMPERATURE_OF_ONE_JOINT, TEMPERATURE_OF_REST_OF_ONE_JOINT)
+    return least + of_rest * left + TEMPERATURE_OF_EXCESS * before
 
 
 class Odds:
-    """What could stand in the first effect's place beside it. Every kind of channel has a temper of its own: what a fine
+    """What could stand in the first effect's place beside it. Every kind of channel has a likelihood temperature of its own: what a fine
     encoder shows of an approximate form says nothing about what a camera, or the torque, can tell apart."""
 
     def __init__(self, search, fit):
         self.search, self.fit = search, fit
         plain, self.mine = self._by_kind([]), self._by_kind(fit.chosen)
         left = {kind: max(self.mine[kind] - search.tolerated_of[kind], 0.0) for kind in plain}
-        self.temper = {kind: temper_of(search, left[kind], max(plain[kind], 0.0)) for kind in plain}
-        own = sum(self.mine[kind] for kind in search.evidence.kinds_at(fit.chosen[0].joint) if kind[0] == "T")
-        self.temper_of_held = TEMPER_OF_HELD + TEMPER_OF_REST_OF_HELD * max(own, 0.0)
+        self.temperature = {kind: temperature_of(search, left[kind], max(plain[kind], 0.0)) for kind in plain}
+        own = sum(self.mine[kind] for kind in search.dataset.kinds_at(fit.chosen[0].joint) if kind[0] == "T")
+        self.nested_temperature = TEMPERATURE_OF_NESTED + TEMPERATURE_OF_REST_OF_NESTED * max(own, 0.0)
 
     def _by_kind(self, chosen):
         """Excess that a fit leaves of each kind."""
         blocks = self.search.gram.held_out_blocks(self.search.columns(chosen))
-        return {kind: values.sum() - self.search.evidence.freedom(kind) for kind, values in blocks.items()}
+        return {kind: values.sum() - self.search.dataset.freedom(kind) for kind, values in blocks.items()}
 
     def _adds_nothing(self, other, theirs):
         """Do both fits together explain no more than the better one? Then that one holds the other, or is the true form."""
@@ -134,12 +134,12 @@ class Odds:
     def of(self, other):
         """Likelihood of another fit beside that of the first."""
         theirs = self._by_kind(other.chosen)
-        worse = sum((theirs[kind] - self.mine[kind]) / self.temper[kind] for kind in theirs)
-        if worse > HOPELESS:  # a smaller temper would not make it likelier
+        worse = sum((theirs[kind] - self.mine[kind]) / self.temperature[kind] for kind in theirs)
+        if worse > HOPELESS:  # a lower temperature would not make it likelier
             return 0.0
         if self._adds_nothing(other, theirs):
-            worse = (sum(theirs.values()) - sum(self.mine.values())) / self.temper_of_held
-        price = COLUMN_PRICE * (columns(other) - columns(self.fit)) / TEMPER
+            worse = (sum(theirs.values()) - sum(self.mine.values())) / self.nested_temperature
+        price = COLUMN_PRICE * (columns(other) - columns(self.fit)) / TEMPERATURE
         return math.exp(-0.5 * max(worse + price, 0.0))
 
 
@@ -156,7 +156,7 @@ def rivals(search, fit):
 
 def judge(search, fit):
     """The verdict on a search's outcome, and the fit with the named effect in front."""
-    tolerated, irregular = search.tolerated, search.evidence.irregular_excess()
+    tolerated, irregular = search.tolerated, search.dataset.irregular_excess()
     before = search.plain.excess + irregular
     if not fit.chosen:
         unknown = logistic((math.log(max(before, 1.0) / tolerated) - math.log(NOTHING_FACTOR)) / LOGIT_WIDTH)

@@ -97,20 +97,20 @@ def since_reversal(t_s, values):
 
 def coordinates(search, record, joint):
     """Coordinates of one joint on the grid."""
-    scene, track = search.scenes[record], search.evidence.tracks[record]
-    slip = track.resample(scene.slip[joint])
-    t = track.grid_t_s
+    terms, processed = search.all_terms[record], search.dataset.processed_recordings[record]
+    slip = processed.resample(terms.slip[joint])
+    t = processed.grid_t_s
     return {
         "direction": slip,
-        "position": scene.grid("q", joint),
-        "velocity": scene.grid("v", joint),
-        "acceleration": track.resample(track.bridge(scene.a[joint], joint)),
-        "load": scene.grid("link_Nm", joint),
-        "current": scene.grid("motor_Nm", joint),
+        "position": terms.grid("q", joint),
+        "velocity": terms.grid("v", joint),
+        "acceleration": processed.resample(processed.bridge(terms.a[joint], joint)),
+        "load": terms.grid("link_Nm", joint),
+        "current": terms.grid("motor_Nm", joint),
         "time": t,
-        "reversal": since_reversal(t, track.resample(scene.v[joint])),
-        "load reversal": since_reversal(t, scene.grid("link_Nm", joint)),
-        "motor_angle": scene.grid("motor_rad", joint),
+        "reversal": since_reversal(t, processed.resample(terms.v[joint])),
+        "load reversal": since_reversal(t, terms.grid("link_Nm", joint)),
+        "motor_angle": terms.grid("motor_rad", joint),
     }
 
 
@@ -169,23 +169,23 @@ class Entry:
 
 def joint_maps(search, residuals, joint):
     """(excess energy over noise, maps, entries) of one joint over all recordings, energies over the noise."""
-    evidence, gathered = search.evidence, {}
-    channels = [c for c in evidence.channels if c.kind == f"T{joint}" and len(c.rows)]
+    dataset, gathered = search.dataset, {}
+    channels = [c for c in dataset.channels if c.kind == f"T{joint}" and len(c.rows)]
     if not channels:
         return 0.0, [], []
-    pieces = [residuals.of[c.record, c.kind][c.rows] / evidence.sigma[c.kind] for c in channels]
+    pieces = [residuals.of[c.record, c.kind][c.rows] / dataset.sigma[c.kind] for c in channels]
     for channel in channels:
         for name, values in coordinates(search, channel.record, joint).items():
             gathered.setdefault(name, []).append(values[channel.rows])
     gathered = {name: np.concatenate(values) for name, values in gathered.items()}
-    block = np.concatenate([evidence.block_of[c.record][c.rows] for c in channels])
-    rest = Rest(np.concatenate(pieces), block, float(np.mean([evidence.bandwidth[c.record] for c in channels])))
+    block = np.concatenate([dataset.block_of[c.record][c.rows] for c in channels])
+    rest = Rest(np.concatenate(pieces), block, float(np.mean([dataset.bandwidth[c.record] for c in channels])))
     direction, angle = gathered.pop("direction"), gathered.pop("motor_angle")
     halves = {"velocity": np.ones_like(direction), "load reversal": np.sign(gathered["load"])}
     maps = [bin_map(n, v, halves.get(n, direction), rest) for n, v in gathered.items()]
     maps = plainest([m for m in maps if m is not None])
     entries = [Entry(m.coordinate, m.range(), m.energy, m.energy / m.deviations, m.spread) for m in maps if m.energy > 0]
-    steps_s = [evidence.tracks[c.record].step_s for c in channels]
+    steps_s = [dataset.processed_recordings[c.record].step_s for c in channels]
     entries += [order_map(angle, gathered["velocity"], rest), band_map(pieces, steps_s, rest)]
     return float(rest.excess.sum()), maps, entries
 
@@ -202,12 +202,12 @@ def plainest(maps):
 
 def encoder_excess(search, residuals):
     """Excess of the disagreement between the ankle's encoders, by block."""
-    evidence, out = search.evidence, np.zeros(search.evidence.blocks)
-    for channel in evidence.channels:
+    dataset, out = search.dataset, np.zeros(search.dataset.blocks)
+    for channel in dataset.channels:
         if channel.kind == "E":
-            residual = residuals.of[channel.record, "E"][channel.rows] / evidence.sigma["E"]
-            over = residual**2 - evidence.bandwidth[channel.record]
-            out += np.bincount(evidence.block_of[channel.record][channel.rows], over, minlength=len(out))
+            residual = residuals.of[channel.record, "E"][channel.rows] / dataset.sigma["E"]
+            over = residual**2 - dataset.bandwidth[channel.record]
+            out += np.bincount(dataset.block_of[channel.record][channel.rows], over, minlength=len(out))
     return out
 
 
@@ -217,15 +217,15 @@ def where(search, residuals, cause=None):
     Maps overlap (a constant shows over anything): of each joint the first explains what it explains, and the others at
     most what that one leaves. First is the largest; or, if it holds half as much, one that suits the named `cause`, an
     (effect, joint)."""
-    evidence, found, maps = search.evidence, [], {}
+    dataset, found, maps = search.dataset, [], {}
     total = encoders = max(float(encoder_excess(search, residuals).sum()), 0.0)
-    for joint, name in enumerate(evidence.model.joints):
+    for joint, name in enumerate(dataset.model.joints):
         own, maps[name], entries = joint_maps(search, residuals, joint)
         total += max(own, 0.0)
         found += shared(own, name, entries, cause) if own > 0 else []
     if encoders > 0:
-        q = search.scenes[0].q[1]
-        freedom = sum(evidence.bandwidth[c.record] * len(c.rows) for c in evidence.channels if c.kind == "E")
+        q = search.all_terms[0].q[1]
+        freedom = sum(dataset.bandwidth[c.record] * len(c.rows) for c in dataset.channels if c.kind == "E")
         entry = Entry("encoder", [float(q.min()), float(q.max())], encoders, np.sqrt(2 * freedom), 0.0)
         found.append((encoders, encoders, "ankle", entry))
     found = [f for f in found if total > 0 and f[0] > LEAST_SHARE * total]

@@ -30,7 +30,7 @@ class Family:
     high: tuple
     together: tuple = ()  # ((value, part of its step), ...) of values that are moved together, too
     start: str = ""
-    rough: bool = False  # many valleys: looked for from several of the grid's shapes
+    rough: bool = False  # many local minima: looked for from several of the grid's shapes
 
     @property
     def directions(self):
@@ -62,7 +62,7 @@ class Family:
 
 @dataclass(frozen=True, eq=False)
 class Candidate:
-    """`columns` are functions of a scene that return {channel kind: column on the grid}; `low` and `high` the
+    """`columns` are functions of a recording's torque terms that return {channel kind: column on the grid}; `low` and `high` the
     physical range of each strength; `parameters(strengths)` the figures that a reader understands, and
     `saved(strengths)` the parameters of the model file's effect of that name, whose law the columns are."""
 

@@ -8,21 +8,21 @@ KNEE_MOTOR_SHARES = (0.15, 0.4)
 
 def motor_shares(at):
     """An ankle's rotor is known."""
-    return KNEE_MOTOR_SHARES if at.evidence.at_motor and at.number == 0 else (MOTOR_SHARE,)
+    return KNEE_MOTOR_SHARES if at.dataset.at_motor and at.number == 0 else (MOTOR_SHARE,)
 
 
 def is_out_of_sight(at):
     """Where no link behind the motor can be told: without an angle, or with the load measured before the link; or so
     light a link that its oscillation cannot be stepped."""
-    if at.evidence.velocity_only or at.evidence.load_sensor:
+    if at.dataset.velocity_only or at.dataset.load_sensor:
         return True
-    fastest = at.scenes[0].link_rad_s(at.number, 0.0, max(STIFFNESSES_NM_RAD))
-    return not all(scene.step_s * fastest < MOST_STEPS * LARGEST_STEP for scene in at.scenes)
+    fastest = at.all_terms[0].link_rad_s(at.number, 0.0, max(STIFFNESSES_NM_RAD))
+    return not all(terms.step_s * fastest < MOST_STEPS * LARGEST_STEP for terms in at.all_terms)
 
 
 def link_shapes(at, stiffness, dry, viscous, motor, damping_ratio, **form):
     """The library's shapes of a spring or a gap: damping over stiffness from the link's damping ratio."""
-    damping_s = 2 * damping_ratio / at.scenes[0].link_rad_s(at.number, motor, stiffness)
+    damping_s = 2 * damping_ratio / at.all_terms[0].link_rad_s(at.number, motor, stiffness)
     return {"stiffness_Nm_rad": stiffness, "damping_s": damping_s, "friction_share": dry, "viscous_share": viscous,
             "motor_share": motor, **form}  # fmt: skip
 

@@ -36,9 +36,9 @@ class Column:
     def __hash__(self):
         return self._hash
 
-    def __call__(self, scene):
+    def __call__(self, terms):
         """{channel: column on the grid} of one recording."""
-        (_, shown), = batches(scene, [self])
+        (_, shown), = batches(terms, [self])
         return {name: values[0] for name, values in shown.items() if shows(values[0])}
 
     @property
@@ -65,7 +65,7 @@ def _is_of_the_instant(effect, number):
     return out[number] != 0
 
 
-def batches(scene, columns):
+def batches(terms, columns):
     """Yields (some of the columns, {channel: their values on the grid, (columns, grid)}); equal shapes are evaluated once. A
     column that a channel does not show is 0 there."""
     groups = {}
@@ -74,21 +74,21 @@ def batches(scene, columns):
     for (effect, joints, session, of_the_instant), shapes in groups.items():
         kind = kind_of(effect)
         if of_the_instant:
-            for some in _some(list(shapes.items()), kind, scene):
-                yield _of_the_instant(scene, kind, joints, session, some)
+            for some in _some(list(shapes.items()), kind, terms):
+                yield _of_the_instant(terms, kind, joints, session, some)
             continue
         by_strengths = {}
         for shape, own in shapes.items():
             wanted = sum({1 << number for one in own for number, _ in one.amounts})
             by_strengths.setdefault(wanted, []).append((shape, own))
         for wanted, every in by_strengths.items():
-            for some in _some(every, kind, scene):
-                yield _over_segments(scene, kind, joints[0], wanted, some)
+            for some in _some(every, kind, terms):
+                yield _over_segments(terms, kind, joints[0], wanted, some)
 
 
-def _some(shapes, kind, scene):
+def _some(shapes, kind, terms):
     """So many shapes at once that their columns stay small."""
-    at_once = max(1, TOGETHER // (len(kind.strengths) * len(scene.t_s)))
+    at_once = max(1, TOGETHER // (len(kind.strengths) * len(terms.t_s)))
     return (shapes[begin:begin + at_once] for begin in range(0, len(shapes), at_once))
 
 
@@ -100,25 +100,25 @@ def shows(values):
 # ---- laws of the instant ---------------------------------------------------------------
 
 
-def _of_the_instant(scene, kind, joints, session, shapes):
+def _of_the_instant(terms, kind, joints, session, shapes):
     """Columns of some shapes of a law."""
     columns, shown = [one for _, own in shapes for one in own], {}
     for j in joints:
-        now, torque = ffi.from_buffer("tl_effect_instant[]", scene.instants(j, session)), []
-        every = np.empty((len(kind.strengths), len(scene.t_s)))
+        now, torque = ffi.from_buffer("tl_effect_instant[]", terms.instants(j, session)), []
+        every = np.empty((len(kind.strengths), len(terms.t_s)))
         for shape, own in shapes:
-            lib.tl_effect_columns_at(kind.struct, pointer(np.array(shape)), now, len(scene.t_s), pointer(every))
+            lib.tl_effect_columns_at(kind.struct, pointer(np.array(shape)), now, len(terms.t_s), pointer(every))
             torque += [_sum(every, one) for one in own]
-        shown[f"T{j}"] = scene.operated(np.array(torque), j)
+        shown[f"T{j}"] = terms.operated(np.array(torque), j)
     return columns, shown
 
 
-def law_at(scene, joint, effect, strength, shapes):
+def law_at(terms, joint, effect, strength, shapes):
     """Torque at the joint per unit of a strength of a law of the instant, at the samples."""
     kind = kind_of(effect)
-    every = np.empty((len(kind.strengths), len(scene.t_s)))
-    now = ffi.from_buffer("tl_effect_instant[]", scene.instants(joint))
-    lib.tl_effect_columns_at(kind.struct, pointer(kind.shape(shapes)), now, len(scene.t_s), pointer(every))
+    every = np.empty((len(kind.strengths), len(terms.t_s)))
+    now = ffi.from_buffer("tl_effect_instant[]", terms.instants(joint))
+    lib.tl_effect_columns_at(kind.struct, pointer(kind.shape(shapes)), now, len(terms.t_s), pointer(every))
     return every[kind.number(strength)]
 
 
@@ -134,20 +134,20 @@ def _sum(every, column):
 # ---- over segments ---------------------------------------------------------------------
 
 
-def _over_segments(scene, kind, joint, strengths, shapes):
+def _over_segments(terms, kind, joint, strengths, shapes):
     """Columns of some shapes of a kind that is no law of the instant, all with the same strengths."""
     columns = [one for _, own in shapes for one in own]
-    parts = [_of_part(scene, kind, joint, strengths, shapes, number) for number in range(len(scene.track.parts))]
-    silent = [np.zeros((len(columns), part["n"])) for part in scene.track.parts]
+    parts = [_of_part(terms, kind, joint, strengths, shapes, number) for number in range(len(terms.processed.parts))]
+    silent = [np.zeros((len(columns), part["n"])) for part in terms.processed.parts]
     shown = sorted({name for part in parts for name in part})
     return columns, {name: np.concatenate([part.get(name, none) for part, none in zip(parts, silent)], axis=1) for name in shown}
 
 
-def _of_part(scene, kind, joint, strengths, every, number):
+def _of_part(terms, kind, joint, strengths, every, number):
     """{channel: (columns, grid)} of one part of a recording, of channels that show anything."""
-    prepared = scene.prepared(number)
+    prepared = terms.prepared(number)
     n = prepared.segment.n
-    shown = {name: np.zeros((len(every), len(kind.strengths), n)) for name in scene.channels_of(joint)}
+    shown = {name: np.zeros((len(every), len(kind.strengths), n)) for name in terms.channels_of(joint)}
     wanted = ffi.new("tl_effect_wanted *", {"strengths": strengths})
     for name, values in shown.items():
         wanted.shown[_CHANNEL[name]] = pointer(values)
@@ -159,7 +159,7 @@ def _of_part(scene, kind, joint, strengths, every, number):
             continue
         torque = int(name[1]) if name[0] == "T" else None
         sums = np.array([_sum(values[k], one) for k, (_, own) in enumerate(every) for one in own])
-        out[name] = scene.operated_part(sums, torque, number, bridged=bool(kind.struct.bridged))
+        out[name] = terms.operated_part(sums, torque, number, bridged=bool(kind.struct.bridged))
     return out
 
 

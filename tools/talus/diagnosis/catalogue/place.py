@@ -25,46 +25,46 @@ class Place:
 
     number: int
     name: str
-    evidence: object
+    dataset: object
     extent: object
-    scenes: list
+    all_terms: list
 
     @property
     def kinds(self):
-        return self.evidence.kinds
+        return self.dataset.kinds
 
     @property
     def coulomb_Nm(self):
-        return max(abs(self.scenes[0].coulomb_Nm[self.number]), 1e-12)
+        return max(abs(self.all_terms[0].coulomb_Nm[self.number]), 1e-12)
 
     @property
     def usual_coulomb_Nm(self):
         """Where an effect stands in for dry friction, little of that is left to the plain model: on a leg the given one, then."""
-        given = abs(self.evidence.prior[COULOMB_OF_A_LEG[self.number]]) if self.evidence.at_motor else 0.0
+        given = abs(self.dataset.prior[COULOMB_OF_A_LEG[self.number]]) if self.dataset.at_motor else 0.0
         return max(self.coulomb_Nm, given)
 
     @property
     def sign(self):
         """With a sensor at the output, what a joint takes is missing from the reading."""
-        return -1.0 if self.evidence.load_sensor else 1.0
+        return -1.0 if self.dataset.load_sensor else 1.0
 
     @property
     def gear(self):
         """Motor turns for one of the joint where torques and angles are the joint's; else 1."""
-        return self.scenes[0].gear
+        return self.all_terms[0].gear
 
     @cached_property
     def motor_range(self):
         """Range of the motor's angle over all recordings but for its extremes [rad]; 0 where only its torque twists it."""
         if self.is_held:
             return 0.0
-        ends = [np.quantile(scene.motor_rad[self.number][scene.track.inside], WITHIN) for scene in self.scenes]
+        ends = [np.quantile(terms.motor_rad[self.number][terms.processed.inside], WITHIN) for terms in self.all_terms]
         return abs(self.gear) * (max(high for _, high in ends) - min(low for low, _ in ends))
 
     @property
     def is_straight(self):
         """Does the joint move along a line, in m, and not about an axis?"""
-        return self.evidence.model.coordinate_unit == "m"
+        return self.dataset.model.coordinate_unit == "m"
 
     @property
     def travels(self):
@@ -77,11 +77,11 @@ class Place:
     def carries_both_ways(self):
         """Does the drive both drive its load and hold it back? Where it only drives, friction that grows with the load is
         a share of the drive's torque, that a constant or a droop beside a sensor could be as well."""
-        if not self.evidence.load_sensor:
+        if not self.dataset.load_sensor:
             return True
         j, shares = self.number, np.zeros(2)
-        for scene in self.scenes:
-            power = (scene.drive_Nm[j] * scene.slip[j])[scene.track.inside]
+        for terms in self.all_terms:
+            power = (terms.drive_Nm[j] * terms.slip[j])[terms.processed.inside]
             shares += [np.sum(power[power > 0] ** 2), np.sum(power[power < 0] ** 2)]
         return bool(shares.min() >= LEAST_WAY * shares.sum())
 
@@ -89,11 +89,11 @@ class Place:
     def is_held(self):
         """Is the output held, beside its torque sensor, so that its angle is the twist under the torque?"""
         j = self.number
-        if not self.evidence.load_sensor or self.extent.half_range[j] > TWIST_BELOW_RAD:
+        if not self.dataset.load_sensor or self.extent.half_range[j] > TWIST_BELOW_RAD:
             return False
         left = whole = 0.0
-        for scene in self.scenes:
-            q, drive = scene.q[j][scene.track.inside], scene.drive_Nm[j][scene.track.inside]
+        for terms in self.all_terms:
+            q, drive = terms.q[j][terms.processed.inside], terms.drive_Nm[j][terms.processed.inside]
             low, high = np.quantile(q, WITHIN)  # but for extremes: a shaft may be let go at the begin or the end
             kept = (q >= low) & (q <= high)
             q, drive = q[kept], drive[kept]
@@ -125,4 +125,4 @@ class Place:
     def reading_column(self, function):
         """A column of the reading itself."""
         j = self.number
-        return lambda scene: {f"T{j}": scene.track.operate(function(scene), j)}
+        return lambda terms: {f"T{j}": terms.processed.operate(function(terms), j)}

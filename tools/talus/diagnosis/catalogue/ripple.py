@@ -10,5 +10,5 @@ FEWEST_WAVES_RAD = 2 * np.pi * 1.5  # what has not gone through more than one pe
 
 def fades(at):
     """Frequencies at which half of a ripple shows; 0: all of it, whatever its frequency."""
-    window = SHOWN_UP_TO * at.evidence.tracks[0].recording.score.lowpass_hz
-    return (window,) if at.evidence.at_motor else (0.0, window)
+    window = SHOWN_UP_TO * at.dataset.processed_recordings[0].recording.score.lowpass_hz
+    return (window,) if at.dataset.at_motor else (0.0, window)

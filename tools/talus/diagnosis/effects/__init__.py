@@ -38,10 +38,10 @@ def places(model):
         yield from ((effect, *place) for place in [*enumerate(model.joints), BASE] if applies(effect.id, model, place[0]))
 
 
-def candidates(evidence, scenes, extent):
+def candidates(dataset, all_terms, extent):
     """All candidates of a diagnosis."""
-    at = {place: Place(*place, evidence, extent, scenes) for place in [*enumerate(evidence.model.joints), BASE]}
-    return [one for effect, *place in places(evidence.model) for one in effect.candidates(at[tuple(place)])]
+    at = {place: Place(*place, dataset, extent, all_terms) for place in [*enumerate(dataset.model.joints), BASE]}
+    return [one for effect, *place in places(dataset.model) for one in effect.candidates(at[tuple(place)])]
 
 
 def torque_constant_error(chosen, every):

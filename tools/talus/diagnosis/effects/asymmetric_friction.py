@@ -15,7 +15,7 @@ def candidates(at):
     def constant(size):
         """A constant torque is a current's zero more often than friction's: of asymmetries a third do not grow with speed,
         and large ones are as frequent as small ones, while a zero is as often of one order of magnitude as of another."""
-        if not at.evidence.at_motor:
+        if not at.dataset.at_motor:
             return CONSTANT_BY_FRICTION
         share = abs(size) / at.coulomb_Nm
         return usual(share, *USUAL_ASYMMETRY) * min(CONSTANT_OF_A_SHARE * share, 1.0)

@@ -19,8 +19,8 @@ def candidates(at):
     if is_out_of_sight(at):
         return
 
-    least = LEAST_GAP_RAD if at.evidence.at_motor else 0.0
-    begin_low = (BEGIN_SHARE,) if at.evidence.at_motor and at.number == 0 else None  # no encoder tells its gap
+    least = LEAST_GAP_RAD if at.dataset.at_motor else 0.0
+    begin_low = (BEGIN_SHARE,) if at.dataset.at_motor and at.number == 0 else None  # no encoder tells its gap
 
     def lost(gap, stiffness, dry, viscous, motor, damping, drag=0.0):
         shapes = link_shapes(at, stiffness, dry, viscous, motor, damping, gap_rad=gap, drag_Nm=drag * at.coulomb_Nm)
@@ -32,7 +32,7 @@ def candidates(at):
                          shapes, parameters=figures, low=(max(0.4, least / gap),), high=(1.8,), family=family,
                          begin_low=begin_low)  # fmt: skip
 
-    damping = KNEE_TEETH_DAMPING_RATIO if at.evidence.at_motor and at.number == 0 else TEETH_DAMPING_RATIO
+    damping = KNEE_TEETH_DAMPING_RATIO if at.dataset.at_motor and at.number == 0 else TEETH_DAMPING_RATIO
     for motor in motor_shares(at):
         for gap in GAPS_RAD:
             for dry, viscous in GAP_FRICTION:

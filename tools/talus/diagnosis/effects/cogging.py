@@ -8,7 +8,7 @@ LAST_WITH_OVERTONE = 42
 
 
 def candidates(at):
-    if at.evidence.velocity_only:
+    if at.dataset.velocity_only:
         return
     most = at.extent.motor_Nm[at.number] / abs(at.gear)
     ripple, overtone = ("sine_Nm", "cosine_Nm"), ("overtone_sine_Nm", "overtone_cosine_Nm")

@@ -9,15 +9,15 @@ USUAL_OFFSET_A, LARGEST_OFFSET_A = (0.02, 0.2), 0.5
 
 
 def candidates(at):
-    shape = "beside a sensor" if at.evidence.load_sensor else "constant"
+    shape = "beside a sensor" if at.dataset.load_sensor else "constant"
 
     def prior(x):
-        if at.evidence.at_motor:
-            return usual(abs(x[0]) / at.evidence.tree[at.name]["torque_constant_Nm_A"], *USUAL_OFFSET_A)
-        return BESIDE_A_SENSOR if at.evidence.load_sensor else 1.0
+        if at.dataset.at_motor:
+            return usual(abs(x[0]) / at.dataset.tree[at.name]["torque_constant_Nm_A"], *USUAL_OFFSET_A)
+        return BESIDE_A_SENSOR if at.dataset.load_sensor else 1.0
 
     # beside a spring with a preload an offset could be anything, and both together nearly nothing
-    most = LARGEST_OFFSET_A * at.evidence.tree[at.name]["torque_constant_Nm_A"] if at.evidence.at_motor else np.inf
+    most = LARGEST_OFFSET_A * at.dataset.tree[at.name]["torque_constant_Nm_A"] if at.dataset.at_motor else np.inf
     yield at.of_law("current_offset", shape, [{"torque_Nm": 1.0}], low=(-most,), high=(most,), prior=prior)
 
 

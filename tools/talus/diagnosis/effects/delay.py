@@ -11,10 +11,10 @@ DELAY_OF_A_LEG_S = (0.0001, 0.010)
 def candidates(at):
     """A current that is later than the angles; beside a sensor at the output, where the current is known and a late one tells
     of an earlier instant, also both later than the sensor."""
-    least, most = DELAY_OF_A_LEG_S if at.evidence.at_motor else (0.0, max(DELAYS_S))
+    least, most = DELAY_OF_A_LEG_S if at.dataset.at_motor else (0.0, max(DELAYS_S))
     for near_s in (s for s in DELAYS_S if least < abs(s) <= most):
         near, limits = f"near {1e3 * near_s:g} ms", ((least,), (most,)) if near_s > 0 else ((-most,), (-least,))
-        for form, saved in ((near, {}), (f"{near}, angles too", {"angles_too": 1.0}))[:2 if at.evidence.load_sensor else 1]:
+        for form, saved in ((near, {}), (f"{near}, angles too", {"angles_too": 1.0}))[:2 if at.dataset.load_sensor else 1]:
             yield at.of_law("delay", form, [{"delay_s": 1.0}], {"near_s": near_s, **saved}, saved=([{"delay_s": 1.0}], saved), low=limits[0],
                             high=limits[1])  # fmt: skip
 

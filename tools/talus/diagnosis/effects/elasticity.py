@@ -27,7 +27,7 @@ def candidates(at):
     if is_out_of_sight(at):
         return
     j = at.number
-    begin_low = (STIFFER_SHARE,) if at.evidence.at_motor else None
+    begin_low = (STIFFER_SHARE,) if at.dataset.at_motor else None
 
     def soft(stiffness, dry, viscous, motor, damping=SPRING_DAMPING_RATIO, share=1.0, begin=SOFT_RAD, harder=0.0):
         hardening = float(harder * stiffness / HARDER_RAD**2)
@@ -43,20 +43,20 @@ def candidates(at):
         return at.of_law("elasticity", f"{stiffness:g} Nm/rad{sides_in_words(dry, viscous, motor)}", [{"share": 1.0}], shapes,
                          parameters=figures, low=(0.5,), high=(1.8,), family=family, begin_low=begin_low)  # fmt: skip
 
-    fastest = FASTEST_SWING / max(scene.step_s for scene in at.scenes)
-    stiffnesses = [k for k in STIFFNESSES_NM_RAD if at.scenes[0].link_rad_s(j, 0.0, k) <= fastest]
+    fastest = FASTEST_SWING / max(terms.step_s for terms in at.all_terms)
+    stiffnesses = [k for k in STIFFNESSES_NM_RAD if at.all_terms[0].link_rad_s(j, 0.0, k) <= fastest]
     for motor in motor_shares(at):
         for dry, viscous in SPRING_FRICTION:
             for stiffness in stiffnesses or STIFFNESSES_NM_RAD[:1]:
                 yield soft(float(stiffness), float(dry), float(viscous), motor)
 
-    if at.evidence.at_motor and j == 0:
+    if at.dataset.at_motor and j == 0:
         yield from _bent(at, soft)
 
     # stiff: twist = load over stiffness, by the link's torque and, apart, by friction; the soft form takes no part
     shapes = {"stiffness_Nm_rad": 1000.0, "damping_s": 0.001}
     names = ("compliance_rad_Nm", "friction_compliance_rad_Nm")
-    stiffest = 1 / STIFFEST_NM_RAD if at.evidence.at_motor else 0.0
+    stiffest = 1 / STIFFEST_NM_RAD if at.dataset.at_motor else 0.0
     for form, count in (("stiff", 1), ("stiff, friction apart", 2)):
         own = names[:count]
         yield at.of_law("elasticity", form, [{name: 1.0} for name in own], shapes, parameters=named(*own),
@@ -65,7 +65,7 @@ def candidates(at):
 
 def _bent(at, soft):
     """Springs that are no line."""
-    most = max(np.quantile(np.abs(scene.link_Nm[at.number][scene.track.inside]), 0.98) for scene in at.scenes)
+    most = max(np.quantile(np.abs(terms.link_Nm[at.number][terms.processed.inside]), 0.98) for terms in at.all_terms)
     for stiffness in map(float, BENT_NM_RAD):
         twist = most / stiffness
         for dry in BENT_DRY:

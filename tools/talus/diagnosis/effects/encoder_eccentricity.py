@@ -14,7 +14,7 @@ def candidates(at):
         columns = tuple(column("encoder_eccentricity", (at.number,), {name: 1.0}, shapes) for name in names)
         return Candidate("encoder_eccentricity", at.name, f"{sensor} encoder, {order} per turn", columns, named(*names, **shapes))
 
-    if "E" in at.evidence.kinds:
+    if "E" in at.dataset.kinds:
         yield from (waves("joint", order) for order in JOINT_ENCODER_ORDERS)
     yield from (waves("motor", order) for order in (1, 2))
 

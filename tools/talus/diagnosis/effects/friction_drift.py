@@ -11,19 +11,19 @@ DRIFT_TIMES_S = (5, 10, 20, 40, 80, 200)
 EVENLY, SETTLING = 1000.0, 3.0  # sessions in a time constant so long that change is even; time constants in a session
 
 
-def _over_session(scenes):
+def _over_session(all_terms):
     """Changes over all recordings, taken one after the other in the order given: (name, time constant)."""
-    if len(scenes) > 1:
-        whole_s = sum(s.t_s[-1] - s.t_s[0] for s in scenes)
+    if len(all_terms) > 1:
+        whole_s = sum(s.t_s[-1] - s.t_s[0] for s in all_terms)
         yield "evenly over the session", EVENLY * whole_s
         yield "settling over the session", whole_s / SETTLING
 
 
 def candidates(at):
-    """Strengths are shares of the friction at the scenes' parameters; the model file has them in torques. What changes does
+    """Strengths are shares of the friction at the fitted parameters; the model file has them in torques. What changes does
     so from the begin, so that the base parameters are the friction there, which is positive."""
     j = at.number
-    dry, viscous = float(at.scenes[0].coulomb_Nm[j]), float(at.scenes[0].viscous[j])
+    dry, viscous = float(at.all_terms[0].coulomb_Nm[j]), float(at.all_terms[0].viscous[j])
     of_all, of_dry = {"coulomb_Nm": dry, "viscous_Nms_rad": viscous}, {"coulomb_Nm": dry}
     make = lambda form, amounts, shapes, name, **more: at.of_law(
         "friction_drift", form, [amounts], shapes, parameters=named(name), **more)  # fmt: skip
@@ -39,15 +39,15 @@ def candidates(at):
     for constant in DRIFT_TIMES_S:
         yield from (one(constant) for one in of_time)
     warm = {"time_constant_s": 1.0}  # a later recording finds what the last one ended with
-    for name, constant_s in _over_session(at.scenes):
-        whole = 1.0 - math.exp(-sum(s.t_s[-1] - s.t_s[0] for s in at.scenes) / constant_s)
+    for name, constant_s in _over_session(at.all_terms):
+        whole = 1.0 - math.exp(-sum(s.t_s[-1] - s.t_s[0] for s in at.all_terms) / constant_s)
         shapes = {"time_constant_s": constant_s}
         for form, amounts, figure in (("all", of_all, "share_at_end"), ("Coulomb", of_dry, "coulomb_share_at_end")):
             by_end = {parameter: amount / whole for parameter, amount in amounts.items()}
             yield make(f"{form}, {name}", by_end, shapes, figure, saved=([amounts], warm), session=True)
     sensor = f"{at.name}_temp_C"
-    if all(sensor in s.columns for s in at.scenes):
-        middle = float(np.mean([np.mean(s.columns[sensor]) for s in at.scenes]))
+    if all(sensor in s.columns for s in at.all_terms):
+        middle = float(np.mean([np.mean(s.columns[sensor]) for s in at.all_terms]))
         shapes = {"time_constant_s": 60.0, "middle_C": middle}  # the time does not count here
         by_temperature = lambda amounts: {f"{name}_10K": amount for name, amount in amounts.items()}
         yield make("temperature", by_temperature(of_all), shapes, "share_per_10_C")

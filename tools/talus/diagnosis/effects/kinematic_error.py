@@ -5,7 +5,7 @@ from .entry import Effect
 
 
 def candidates(at):
-    if at.evidence.velocity_only or not at.evidence.model.facts.motor:
+    if at.dataset.velocity_only or not at.dataset.model.facts.motor:
         return
 
     def ripple(form, of, shapes):
@@ -17,7 +17,7 @@ def candidates(at):
             yield ripple(f"torque, {order} per turn{name}", "Nm", {"per_turn": float(order), "fades_Hz": fades_Hz})
         shapes = {"per_turn": float(order), "fades_Hz": fades(at)[-1]}
         yield ripple(f"share of the load, {order} per turn", "share", shapes)
-        if at.evidence.at_motor:
+        if at.dataset.at_motor:
             yield ripple(f"angle, {order} per turn", "rad", {"per_turn": float(order)})
 
 

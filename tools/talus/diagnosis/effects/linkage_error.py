@@ -9,7 +9,7 @@ from .entry import Effect
 
 
 def candidates(at):
-    if at.evidence.transmissions[at.number].struct.kind != lib.TL_TRANSMISSION_SCREW_LINKAGE:
+    if at.dataset.transmissions[at.number].struct.kind != lib.TL_TRANSMISSION_SCREW_LINKAGE:
         return
     known = {parameter.name: parameter for parameter in kind_of("linkage_error").strengths}
     made = {name: column("linkage_error", (at.number,), {name: 1.0}, {}) for name in known}

@@ -22,14 +22,14 @@ def candidates(at):
         for power in LOAD_POWERS:
             shapes = {"exponent": power, "scale_Nm": scale, **shares}
             yield at.of_law("load_friction", f"{name}, power {power:g}", [{"coefficient": 1.0}], shapes, **within)
-    for own in () if at.evidence.load_sensor else OWN_COEFFICIENTS:
+    for own in () if at.dataset.load_sensor else OWN_COEFFICIENTS:
         yield _of_the_motors_torque(at, own)
 
 
 def _largest_load(at, shares):
     """But for extremes, over all recordings."""
-    grown = lambda scene: law_at(scene, at.number, "load_friction", "coefficient", shares)
-    return float(max(np.quantile(np.abs(grown(scene)), 0.98) for scene in at.scenes)) + 1e-12
+    grown = lambda terms: law_at(terms, at.number, "load_friction", "coefficient", shares)
+    return float(max(np.quantile(np.abs(grown(terms)), 0.98) for terms in at.all_terms)) + 1e-12
 
 
 def _of_the_motors_torque(at, own):

@@ -9,7 +9,7 @@ BUMPER_BEGINS = (0.0, 0.3, 0.6)  # of half the range
 
 def candidates(at):
     # a sensor at the output twists with its load: angle and torque then look like a spring
-    if at.evidence.velocity_only or at.evidence.load_sensor or not at.travels:
+    if at.dataset.velocity_only or at.dataset.load_sensor or not at.travels:
         return
     j, middle, half = at.number, at.extent.middle[at.number], at.extent.half_range[at.number]
     names = ("preload_Nm", "stiffness_Nm_rad", "bend_Nm_rad2", "stiffening_Nm_rad3")
@@ -19,7 +19,7 @@ def candidates(at):
 
     def likely(powers, strengths):
         """By the mean stiffness over the range."""
-        if not at.evidence.at_motor:
+        if not at.dataset.at_motor:
             return 1.0
         ends = [sum(x * q**p for p, x in zip(powers, strengths)) for q in (middle - half, middle + half)]
         return usual(abs(ends[1] - ends[0]) / (2 * half), *USUAL_SPRING_NM_RAD)
@@ -29,7 +29,7 @@ def candidates(at):
     yield make("line and cube", (1, 3))
     yield make("polynomial", (1, 2, 3))
     yield make("polynomial and preload", (0, 1, 2, 3))
-    if at.evidence.at_motor:
+    if at.dataset.at_motor:
         yield make("line and preload", (1, 0))
     for side in (-1, 1):
         for begin in BUMPER_BEGINS:

@@ -10,11 +10,11 @@ POSITION_POWERS = ("slope_Nm_rad", "bend_Nm_rad2", "cubic_Nm_rad3", "quartic_Nm_
 
 
 def candidates(at):
-    if at.evidence.velocity_only or not at.travels:
+    if at.dataset.velocity_only or not at.travels:
         return
     j, middle, half = at.number, at.extent.middle[at.number], at.extent.half_range[at.number]
     about = {"middle_rad": float(middle)}
-    ends = {**about, "range_rad": float(max(np.abs(s.q[j] - middle).max() for s in at.scenes))}
+    ends = {**about, "range_rad": float(max(np.abs(s.q[j] - middle).max() for s in at.all_terms))}
     # about the middle in units of half the range
     powers = [{name: float(half**-p)} for p, name in enumerate(POSITION_POWERS, 1)]
     make = lambda form, columns, shapes=None: at.of_law("position_friction", form, columns, shapes)

@@ -4,7 +4,7 @@ from .entry import Effect
 
 
 def candidates(at):
-    if at.evidence.load_sensor:
+    if at.dataset.load_sensor:
         yield at.of_law("sensor_offset", "constant", [{"offset_Nm": 1.0}])
 
 

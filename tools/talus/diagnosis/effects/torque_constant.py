@@ -5,7 +5,7 @@ from .entry import Effect
 
 
 def candidates(at):
-    if not at.evidence.load_sensor:
+    if not at.dataset.load_sensor:
         return
     j = at.number
     gain = at.reading_column(lambda s: s.given_drive_Nm[j])

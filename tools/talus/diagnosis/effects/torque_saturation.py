@@ -11,8 +11,8 @@ SATURATION_KNEES = (0.3, 0.5, 0.7)  # of the largest torque
 
 def candidates(at):
     largest = at.extent.motor_Nm[at.number]
-    most = LARGEST_DROOP_SEEN if at.evidence.load_sensor else LARGEST_DROOP
-    likely = lambda x: BESIDE_A_SENSOR if at.evidence.load_sensor else 1.0
+    most = LARGEST_DROOP_SEEN if at.dataset.load_sensor else LARGEST_DROOP
+    likely = lambda x: BESIDE_A_SENSOR if at.dataset.load_sensor else 1.0
 
     def bent(power):
         unit = {"droop_1_Nm": abs(at.gear / largest) ** power}  # a share of the largest torque
@@ -26,7 +26,7 @@ def candidates(at):
                          high=(most / (1 - knee),), family=Family(kinked, (knee,), (0.1,), (0.05,), (0.9,)))  # fmt: skip
 
     yield from map(bent, SATURATION_POWERS)
-    if not at.evidence.load_sensor:
+    if not at.dataset.load_sensor:
         yield from map(kinked, SATURATION_KNEES)
 
 

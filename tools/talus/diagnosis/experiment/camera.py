@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from ..effects import known
-from ..verdict import CONFUSABLE_ABOVE, TEMPER
+from ..verdict import CONFUSABLE_ABOVE, TEMPERATURE
 from .menu import LONGEST_S, MARGIN
 from .planned import Planned
 
@@ -14,30 +14,30 @@ CAMERA_RAD = 1e-3  # noise of one angle, as a marker tracker has it
 
 def helps(search, effects):
     """Would a camera part these effects, and has none been there?"""
-    return search.evidence.at_motor and all(effect.needs == "camera" for effect in known(effects)) and "F" not in search.evidence.kinds
+    return search.dataset.at_motor and all(effect.needs == "camera" for effect in known(effects)) and "F" not in search.dataset.kinds
 
 
-def shown(search, explanation, scene):
+def shown(search, explanation, terms):
     """The camera's angle between the links, less the motors', that an explanation predicts."""
-    chosen, out = explanation.sets[0], np.zeros(len(scene.track.grid_t_s))
+    chosen, out = explanation.sets[0], np.zeros(len(terms.processed.grid_t_s))
     for candidate, strengths in zip(chosen, search.fit(chosen).strengths):
         for column, strength in zip(candidate.columns, strengths):
-            out = out + strength * column(scene).get("F", 0.0)
+            out = out + strength * column(terms).get("F", 0.0)
     return out
 
 
 def gains(search, contest, q):
     """Chi-square for each other explanation along the motion q; the mean is the camera's alignment."""
-    scene = Planned(search, q, camera=True).scene
-    rows = next(c.rows for c in scene.evidence.channels if c.kind == "F")
-    named, *others = (shown(search, one, scene)[rows] for one in (contest.named, *contest.others))
+    terms = Planned(search, q, camera=True).terms
+    rows = next(c.rows for c in terms.dataset.channels if c.kind == "F")
+    named, *others = (shown(search, one, terms)[rows] for one in (contest.named, *contest.others))
     return [float(np.sum((other - named - np.mean(other - named)) ** 2) / (2 * CAMERA_RAD**2)) for other in others]
 
 
 def needed(verdict):
     """Chi-square that leaves no other explanation confusable, from the odds as they are."""
     first = verdict.probabilities[0][0]
-    return [2 * MARGIN * TEMPER * math.log(p / (CONFUSABLE_ABOVE * first)) for p, _, _ in verdict.confusable()]
+    return [2 * MARGIN * TEMPERATURE * math.log(p / (CONFUSABLE_ABOVE * first)) for p, _, _ in verdict.confusable()]
 
 
 class Filmed:

@@ -49,10 +49,10 @@ class Option:
         return float(min(self.gains[k]) if named == other else self.gains[k][int(other > named)])
 
     def needed(self, repeats):
-        """Chi-square at which the verdict's odds leave what is confusable: its temper grows with the plain model's excess,
+        """Chi-square at which the verdict's odds leave what is confusable: its likelihood temperature grows with the plain model's excess,
         and so with the experiment itself."""
-        temper = self.contest.temper + judging.TEMPER_OF_EXCESS * repeats * self.growth
-        return -2 * MARGIN * temper * math.log(judging.CONFUSABLE_ABOVE)
+        temperature = self.contest.temperature + judging.TEMPERATURE_OF_EXCESS * repeats * self.growth
+        return -2 * MARGIN * temperature * math.log(judging.CONFUSABLE_ABOVE)
 
     def share(self, k, repeats):
         """Of the chi-square that is needed for one pair."""
@@ -96,10 +96,10 @@ def rivals(search, verdict):
     return found or [Explanation("no effect", [chosen[1:]], search.fit(chosen[1:]).excess)]
 
 
-def temper_of(search, fit):
+def temperature_of(search, fit):
     """Of the verdict as it stands."""
     left = max(fit.excess - search.tolerated, 0)
-    return judging.temper_of(search, left, search.plain.excess)
+    return judging.temperature_of(search, left, search.plain.excess)
 
 
 # ---- the menu -----------------------------------------------------------------------
@@ -111,7 +111,7 @@ def plan(search, make, limits, loaded=False):
     for _ in range(3):
         q = held(make(slower))
         planned = Planned(search, q, loaded)
-        if planned.scene.track.parts and np.all(planned.torque() <= limits.torque):
+        if planned.terms.processed.parts and np.all(planned.torque() <= limits.torque):
             return q, planned
         slower = slower.slowed(SLOWER)
     return None
@@ -149,7 +149,7 @@ def why(search, verdict, contest, option, limits):
     if more:
         words.append(f"It does not part all of them; then {more}.")
         words += beside_trajectory(search, contest, option, short, limits)
-    words.append(margins(option.q, option.torque, limits, search.evidence.model.joints))
+    words.append(margins(option.q, option.torque, limits, search.dataset.model.joints))
     return " ".join(words), None
 
 
@@ -159,7 +159,7 @@ def beside_trajectory(search, contest, option, short, limits):
         yield f"Predicted gain of the rest: {figure(rest_gain(search, contest))}."
     elif any(EFFECTS[candidate.effect].needs == "known mass" for candidate in contest.candidates):
         loaded = Option(option.name, option.q, Planned(search, option.q, loaded=True), limits, contest)
-        mass = f"{PAYLOAD_KG:g} kg at the foot's centre" if search.evidence.at_motor else "half the load more"
+        mass = f"{PAYLOAD_KG:g} kg at the foot's centre" if search.dataset.at_motor else "half the load more"
         for k in short:
             yield (f"Predicted gain over {contest.others[k].name} with {mass}: {figure(loaded.worst(k))} in "
                    f"{option.length_s:.0f} s, at {100 * loaded.torque.max():.0f} % of the recorded torque.")  # fmt: skip
@@ -176,19 +176,19 @@ def rest_gain(search, contest):
     for one in (contest.named, *contest.others):
         first = one.sets[0][:1]
         if first and EFFECTS[first[0].effect].needs == "rest":
-            fit, evidence = search.fit(one.sets[0]), search.evidence
-            sigma = evidence.sigma[f"T{evidence.model.joints.index(first[0].joint)}"]
-            best = REST_S / evidence.tracks[0].step_s * (fit.strengths[0][0] / sigma) ** 2
+            fit, dataset = search.fit(one.sets[0]), search.dataset
+            sigma = dataset.sigma[f"T{dataset.model.joints.index(first[0].joint)}"]
+            best = REST_S / dataset.processed_recordings[0].step_s * (fit.strengths[0][0] / sigma) ** 2
     return best
 
 
 def named_effect(search, verdict):
     """The proposal where there is a cause, or a part of one."""
-    chosen, limits = verdict.fit.chosen, Limits(search.scenes)
+    chosen, limits = verdict.fit.chosen, Limits(search.all_terms)
     named = explanation(search, chosen, chosen[0].key)
     if not named:
         return Proposal(in_words(verdict))
-    contest = Contest(search, named, rivals(search, verdict), temper_of(search, verdict.fit))
+    contest = Contest(search, named, rivals(search, verdict), temperature_of(search, verdict.fit))
     found = options(search, contest, limits)
     if not found:
         return Proposal(in_words(verdict))
@@ -203,7 +203,7 @@ def named_effect(search, verdict):
     if needs:
         return Proposal(words, needs=needs)
     q = np.concatenate([option.q] * option.repeats(), axis=1)
-    text = to_text(q, search.evidence.model, TRAJECTORIES[option.name][1])
+    text = to_text(q, search.dataset.model, TRAJECTORIES[option.name][1])
     return Proposal(words, text, None, contest.keys(parted))
 
 
@@ -214,14 +214,14 @@ def filmed(search, verdict, contest, found, limits):
                       f"{figure(least)} are needed" for other, gain, least in zip(contest.others, found.each, found.needed))
     words = (f"{head_of(verdict, contest)}, nor by any trajectory within them. Next: {beyond([verdict.effect])[1]}. The motion "
              f"for it: {trajectory}; {found.length_s:.0f} s; with {1e3 * camera.CAMERA_RAD:g} mrad of noise {gains}. "
-             f"{margins(option.q, option.torque, limits, search.evidence.model.joints)}")  # fmt: skip
-    text = to_text(np.concatenate([option.q] * found.repeats, axis=1), search.evidence.model, trajectory)
+             f"{margins(option.q, option.torque, limits, search.dataset.model.joints)}")  # fmt: skip
+    text = to_text(np.concatenate([option.q] * found.repeats, axis=1), search.dataset.model, trajectory)
     return Proposal(words, text, "camera", contest.keys(found.parts))
 
 
 def unknown_effect(search):
     """The proposal where nothing explains the gap."""
-    limits = Limits(search.scenes)
+    limits = Limits(search.all_terms)
     plans = [(name, plan(search, TRAJECTORIES[name][0], limits)) for name in UNKNOWN]
     words = "; then ".join(TRAJECTORIES[name][1] for name, found in plans if found) or TRAJECTORIES[UNKNOWN[0]][1]
     head = f"A systematic gap remains that no known effect explains. Next: {words}."
@@ -229,8 +229,8 @@ def unknown_effect(search):
     if not plans:
         return Proposal(head)
     q, torque = after(*(q for q, _ in plans)), np.max([planned.torque() / limits.torque for _, planned in plans], axis=0)
-    joints = search.evidence.model.joints
-    return Proposal(f"{head} {margins(q, torque, limits, joints)}", to_text(q, search.evidence.model, words))
+    joints = search.dataset.model.joints
+    return Proposal(f"{head} {margins(q, torque, limits, joints)}", to_text(q, search.dataset.model, words))
 
 
 def in_words(verdict):
@@ -247,6 +247,6 @@ def propose(search, verdict):
     """What to record next."""
     if verdict.effect == "none":
         return Proposal("The model explains the recordings down to their noise; nothing needs to be told apart.")
-    if search.evidence.load_sensor or search.evidence.velocity_only:
+    if search.dataset.load_sensor or search.dataset.velocity_only:
         return Proposal(in_words(verdict))
     return named_effect(search, verdict) if verdict.fit.chosen else unknown_effect(search)

@@ -66,11 +66,11 @@ class Pair:
 
 
 class Contest:
-    """What is to be told apart: the named explanation against each other one, whichever is true; `temper` is the
+    """What is to be told apart: the named explanation against each other one, whichever is true; `temperature` is the
     verdict's as it stands."""
 
-    def __init__(self, search, named, others, temper):
-        self.first, self.named, self.others, self.temper = search.gram.first, named, others, temper
+    def __init__(self, search, named, others, temperature):
+        self.first, self.named, self.others, self.temperature = search.gram.first, named, others, temperature
         self.sizes = [[len(columns_of(one.sets[0])) for one in (named, other)] for other in others]
         self.pairs = [(Pair(search, named.sets[0], other), Pair(search, other.sets[0], named)) for other in others]
         nothing = Explanation("no effect", [[]], search.plain.excess)
@@ -85,6 +85,6 @@ class Contest:
     def gains(self, planned):
         """For each other explanation the chi-square that the experiment adds were the named one true, and were the other
         true, (others, 2); and what it adds to the plain model's at the most."""
-        gram = Gram(planned.evidence, [planned.scene], self.candidates)
+        gram = Gram(planned.dataset, [planned.terms], self.candidates)
         gains = np.array([[pair.gain(gram, self.first) for pair in both] for both in self.pairs])
         return gains, max(pair.gain(gram, self.first) for pair in self.plain)

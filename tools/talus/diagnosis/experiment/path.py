@@ -14,19 +14,19 @@ BASE_PERIOD_S = 10.0  # of a multisine: its tones are multiples of the inverse
 class Limits:
     """What the recordings show of each joint: middle and half of its range, speed, acceleration, motor torque."""
 
-    def __init__(self, scenes):
-        joints = range(scenes[0].evidence.joints)
+    def __init__(self, all_terms):
+        joints = range(all_terms[0].dataset.joints)
 
         def over_all(name, j):
-            return np.concatenate([getattr(scene, name)[j] for scene in scenes])
+            return np.concatenate([getattr(terms, name)[j] for terms in all_terms])
 
         q = [over_all("q", j) for j in joints]
         self.middle = np.array([0.5 * (x.max() + x.min()) for x in q])
         self.half = INSIDE * np.array([0.5 * (x.max() - x.min()) for x in q])
         self.speed = INSIDE * np.array([np.quantile(np.abs(over_all("v", j)), 0.998) for j in joints])
         self.acceleration = INSIDE * np.array([np.quantile(np.abs(over_all("a", j)), 0.99) for j in joints])
-        self.torque = np.array([max(np.quantile(np.abs(scene.evidence.effort(scene.record, j)), 0.999)
-                                    for scene in scenes) for j in joints])  # fmt: skip
+        self.torque = np.array([max(np.quantile(np.abs(terms.dataset.effort(terms.record, j)), 0.999)
+                                    for terms in all_terms) for j in joints])  # fmt: skip
         self.joints = len(self.middle)
 
     def slowed(self, factor):

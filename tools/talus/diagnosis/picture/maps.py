@@ -27,18 +27,18 @@ class Shown:
 
     def __init__(self, found, number, joint):
         self.found, self.number, self.joint = found, number, joint
-        self.evidence, self.kind = found.search.evidence, f"T{number}"
-        self.straight = self.evidence.model.coordinate_unit == "m"
+        self.dataset, self.kind = found.search.dataset, f"T{number}"
+        self.straight = self.dataset.model.coordinate_unit == "m"
         self.fits = [("identified", "identified", found.before)]
         if found.fit.chosen:
             self.fits.append(("with effects", "extended", found.after))
 
     def channels(self, kind=None):
-        return [c for c in self.evidence.channels if c.kind == (kind or self.kind) and len(c.rows)]
+        return [c for c in self.dataset.channels if c.kind == (kind or self.kind) and len(c.rows)]
 
     def chart(self, out, title, x_label, y_label, lines):
         """A chart of lines in Nm or N, in a unit of readable size."""
-        scale = Scale(self.evidence.model.torque_unit, [np.abs(y).max() for *_, y in lines])
+        scale = Scale(self.dataset.model.torque_unit, [np.abs(y).max() for *_, y in lines])
         out.chart(f"{self.joint}: {title}", x_label, f"{y_label} [{scale.unit}]", [(*of, scale(y)) for *of, y in lines])
 
     def label(self, coordinate):
@@ -59,7 +59,7 @@ def coordinate_label(coordinate, straight):
 def maps(out, found):
     """Each joint's largest maps."""
     out.heading("Maps of the error")
-    for number, joint in enumerate(found.search.evidence.model.joints):
+    for number, joint in enumerate(found.search.dataset.model.joints):
         shown = Shown(found, number, joint)
         with out.side_by_side():
             for coordinate in chosen(found, joint):
@@ -79,7 +79,7 @@ def chosen(found, joint):
 
 def binned(out, shown, coordinate):
     """Means over a coordinate."""
-    sigma, lines = shown.evidence.sigma[shown.kind], []
+    sigma, lines = shown.dataset.sigma[shown.kind], []
     for (name, role, _), every in zip(shown.fits, (shown.found.maps, shown.found.maps_after)):
         own = [m for m in every.get(shown.joint, []) if m.coordinate == coordinate]
         lines += [(name, role, m.centre, m.mean * sigma) for m in own]
@@ -88,7 +88,7 @@ def binned(out, shown, coordinate):
 
 def orders(out, shown, _):
     """Amplitude at each order of the motor's angle."""
-    waves = [np.exp(1j * np.outer(ORDERS, shown.found.search.scenes[c.record].grid("motor_rad", shown.number)[c.rows]))
+    waves = [np.exp(1j * np.outer(ORDERS, shown.found.search.all_terms[c.record].grid("motor_rad", shown.number)[c.rows]))
              for c in shown.channels()]  # fmt: skip
     total, lines = sum(w.shape[1] for w in waves), []
     for name, role, residuals in shown.fits:
@@ -104,7 +104,7 @@ def spectrum(out, shown, _):
         power, total = np.zeros(len(edges) - 1), 0
         for c in shown.channels():
             x = residuals.of[c.record, c.kind][c.rows]
-            frequency = np.fft.rfftfreq(len(x), shown.evidence.tracks[c.record].step_s)
+            frequency = np.fft.rfftfreq(len(x), shown.dataset.processed_recordings[c.record].step_s)
             power += np.histogram(frequency, edges, weights=2 * np.abs(np.fft.rfft(x)) ** 2 / len(x))[0]
             total += len(x)
         lines.append((name, role, 0.5 * (edges[1:] + edges[:-1]), np.sqrt(power / max(total, 1))))
@@ -114,7 +114,7 @@ def spectrum(out, shown, _):
 def encoders(out, shown, _):
     """The disagreement between the joint's encoders over its position."""
     channels, lines = shown.channels("E"), []
-    q = np.concatenate([shown.found.search.scenes[c.record].grid("q", shown.number)[c.rows] for c in channels])
+    q = np.concatenate([shown.found.search.all_terms[c.record].grid("q", shown.number)[c.rows] for c in channels])
     edges = np.unique(np.quantile(q, np.linspace(0, 1, ENCODER_BINS + 1)))
     place = np.clip(np.searchsorted(edges, q, side="right") - 1, 0, len(edges) - 2)
     for name, role, residuals in shown.fits:
@@ -144,11 +144,11 @@ def envelope(t, *lines):
 def worst_stretch(found, number):
     """(record, slice) of the SHOWN_S in which the identified model's scored error is largest."""
     best = None
-    for record, track in enumerate(found.search.evidence.tracks):
+    for record, processed in enumerate(found.search.dataset.processed_recordings):
         if (record, f"T{number}") not in found.before.of:
             continue
-        error = np.where(track.kind[number] == 1, found.before.of[record, f"T{number}"], 0.0)
-        length = min(round(SHOWN_S / track.step_s), len(error))
+        error = np.where(processed.kind[number] == 1, found.before.of[record, f"T{number}"], 0.0)
+        length = min(round(SHOWN_S / processed.step_s), len(error))
         total = np.concatenate([[0.0], np.cumsum(error**2)])
         power = total[length:] - total[:-length]
         begin = int(np.argmax(power))
@@ -159,7 +159,7 @@ def worst_stretch(found, number):
 
 def over_time(out, found):
     out.heading("Measured against predicted")
-    for number, joint in enumerate(found.search.evidence.model.joints):
+    for number, joint in enumerate(found.search.dataset.model.joints):
         record, part = worst_stretch(found, number)
         if record is not None:
             over_stretch(out, found, number, joint, record, part)
@@ -167,14 +167,14 @@ def over_time(out, found):
 
 def over_stretch(out, found, number, joint, record, part):
     """Measured, predicted and errors of one joint in a stretch of a recording."""
-    track, unit = found.search.evidence.tracks[record], found.report["gap"][joint]["unit"]
+    processed, unit = found.search.dataset.processed_recordings[record], found.report["gap"][joint]["unit"]
     before, after = (r.of[record, f"T{number}"][part] for r in (found.before, found.after))
-    kept, scored = (np.where(kind, 0.0, np.nan) for kind in (track.kind[number][part] != 0, track.kind[number][part] == 1))
-    measured = track.measured[number][part] + kept
-    t, (measured, predicted, before, after) = envelope(track.grid_t_s[part], measured, measured - after, before + scored,
+    kept, scored = (np.where(kind, 0.0, np.nan) for kind in (processed.kind[number][part] != 0, processed.kind[number][part] == 1))
+    measured = processed.measured[number][part] + kept
+    t, (measured, predicted, before, after) = envelope(processed.grid_t_s[part], measured, measured - after, before + scored,
                                                        after + scored)  # fmt: skip
     last = ("with effects", "extended") if found.fit.chosen else ("identified", "identified")
     beneath = [("identified", "identified", t, before), *([(*last, t, after)] if found.fit.chosen else [])]
-    out.chart(f"{joint}: the {t[-1] - t[0]:.0f} s of {Path(track.name).name} with the largest error", "time [s]",
+    out.chart(f"{joint}: the {t[-1] - t[0]:.0f} s of {Path(processed.name).name} with the largest error", "time [s]",
               f"{'torque' if unit == 'Nm' else 'force'} [{unit}]",
               [("measured", "measured", t, measured), (*last, t, predicted)], below=(f"error [{unit}]", beneath))  # fmt: skip

@@ -10,7 +10,7 @@ import talus
 from talus import ffi, lib, pointer
 
 
-class Track:
+class ProcessedRecording:
     """One recording. Arrays at the recording's samples have n columns, arrays on the grid one entry an instant."""
 
     MOTION = ("q", "v", "a", "slip", "speed")

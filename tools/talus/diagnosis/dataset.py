@@ -32,11 +32,11 @@ class Channel:
         self.thinned = self.rows
 
 
-class Evidence:
+class Dataset:
     """All recordings of one diagnosis under one model."""
 
-    def __init__(self, model, tracks, tree):
-        self.model, self.tracks, self.tree = model, tracks, tree
+    def __init__(self, model, processed_recordings, tree):
+        self.model, self.processed_recordings, self.tree = model, processed_recordings, tree
         self.at_motor = bool(model.facts.sensors.at_motor)  # the joints follow through their transmissions
         self.models = {}  # the model at other base parameters, by these
         self.joints, self.bases = len(model.joints), len(model.base)
@@ -46,16 +46,16 @@ class Evidence:
         self.prior_width = np.maximum(width * np.abs(self.prior), np.abs(self.identified - self.prior))
         no_gravity = not model.has_gravity  # a file's 0 means that there is none
         self.absent = [k for k, name in enumerate(model.base) if no_gravity and name.startswith("gravity")]
-        self.velocity_only = not any(name in tracks[0].columns for name in model.sensor("position"))
-        self.load_sensor = "joint_load_Nm" in tracks[0].columns
+        self.velocity_only = not any(name in processed_recordings[0].columns for name in model.sensor("position"))
+        self.load_sensor = "joint_load_Nm" in processed_recordings[0].columns
         if self.at_motor:
             self.transmissions = [model.transmission(joint) for joint in range(len(model.joints))]
-            self.ankle_rad = [self.transmissions[1].joint_rad(t.columns["ankle_motor_rad"]) for t in tracks]
-        self.channels = [c for record in range(len(tracks)) for c in self._channels(record)]
+            self.ankle_rad = [self.transmissions[1].joint_rad(t.columns["ankle_motor_rad"]) for t in processed_recordings]
+        self.channels = [c for record in range(len(processed_recordings)) for c in self._channels(record)]
         self.kinds = sorted({c.kind for c in self.channels})
         self.angle_kinds = [kind for kind in ("E", "K", "F") if kind in self.kinds]
-        self.bandwidth = [track.noise_bandwidth() for track in tracks]
-        self.periods_s = [noise.find_period_s(track) for track in tracks]
+        self.bandwidth = [processed.noise_bandwidth() for processed in processed_recordings]
+        self.periods_s = [noise.find_period_s(processed) for processed in processed_recordings]
         self.find_sigma()
         self.periodic = any(period is not None for period in self.periods_s)
         self._find_blocks()
@@ -64,30 +64,30 @@ class Evidence:
     # ---- channels ------------------------------------------------------------------
 
     def _channels(self, record):
-        track = self.tracks[record]
+        processed = self.processed_recordings[record]
         for joint in range(self.joints):
-            yield Channel(record, f"T{joint}", track.target[joint], self._scored(track, joint))
+            yield Channel(record, f"T{joint}", processed.target[joint], self._scored(processed, joint))
         for kind in ("E", "K", "F") if self.at_motor else ():
             raw = self.raw(record, kind)
             if raw is not None:
-                yield Channel(record, kind, track.operate(raw), self._angle_rows(track, kind))
+                yield Channel(record, kind, processed.operate(raw), self._angle_rows(processed, kind))
 
-    def _scored(self, track, joint):
+    def _scored(self, processed, joint):
         """Instants that count. With a sensor at the output the load is known while the joint stands, too: where it hardly
         moves, friction is part of what differs, and all instants count."""
-        moving = track.kind[joint] == SCORED
-        if self.load_sensor and moving.sum() < HARDLY_MOVES * (track.kind[joint] != 0).sum():
-            return track.kind[joint] != 0
+        moving = processed.kind[joint] == SCORED
+        if self.load_sensor and moving.sum() < HARDLY_MOVES * (processed.kind[joint] != 0).sum():
+            return processed.kind[joint] != 0
         return moving
 
     @staticmethod
-    def _angle_rows(track, kind):
+    def _angle_rows(processed, kind):
         """Near the ankle's stops an encoder's step stands still, which is no white noise."""
-        return track.kind[0] != 0 if kind == "K" else track.kind[1] == SCORED
+        return processed.kind[0] != 0 if kind == "K" else processed.kind[1] == SCORED
 
     def raw(self, record, kind):
         """A channel's reading at the samples; None where the recording lacks it."""
-        columns = self.tracks[record].columns
+        columns = self.processed_recordings[record].columns
         if kind[0] == "T":
             return self.effort(record, int(kind[1]))
         if kind == "E" and "ankle_joint_rad" in columns:
@@ -100,7 +100,7 @@ class Evidence:
 
     def effort(self, record, joint):
         """The measured torque or force of a joint at the samples, unfiltered."""
-        columns = self.tracks[record].columns
+        columns = self.processed_recordings[record].columns
         if self.at_motor:
             name = self.model.joints[joint]
             return columns[f"{name}_current_A"] * self.tree[name]["torque_constant_Nm_A"]
@@ -130,9 +130,9 @@ class Evidence:
             self.irregular[kind] = max(ratio**2 - LARGEST_RATIO**2, 0.0)
             self.sigma[kind] = max(self.sigma[kind], 1e-12)
         if "E" in self.sigma:  # quantisation repeats with the motion, so repeats do not show all of it
-            columns = self.tracks[0].columns
+            columns = self.processed_recordings[0].columns
             ratio = np.median(np.abs(self.transmissions[1].ratio(self.ankle_rad[0])))
-            steps = noise.least_step(columns["ankle_joint_rad"]), noise.least_step(columns["ankle_motor_rad"]) / ratio
+            steps = noise.detection_threshold(columns["ankle_joint_rad"]), noise.detection_threshold(columns["ankle_motor_rad"]) / ratio
             self.sigma["E"] = max(self.sigma["E"], np.hypot(*steps) / np.sqrt(12))
 
     @staticmethod
@@ -148,12 +148,12 @@ class Evidence:
         return sum(x * self.freedom(kind) for kind, x in self.irregular.items() if kind[0] == "T" and only in (None, kind))
 
     def _repeat_sigma(self, channel):
-        track, period_s = self.tracks[channel.record], self.periods_s[channel.record]
+        processed, period_s = self.processed_recordings[channel.record], self.periods_s[channel.record]
         if period_s is None:
             return None
         mask = np.zeros(len(channel.values), bool)
         mask[channel.rows] = True
-        found = noise.repeat_deviation(track, channel.values, mask, period_s)
+        found = noise.repeat_deviation(processed, channel.values, mask, period_s)
         return None if found is None else found / np.sqrt(self.bandwidth[channel.record])
 
     def _unrepeated_sigma(self, channel, residual):
@@ -162,19 +162,19 @@ class Evidence:
         white = noise.above_motion(self.raw(channel.record, channel.kind))
         if residual is None or channel.kind[0] != "T" or len(channel.rows) < noise.FEWEST_REPEATED_ROWS:
             return white
-        track = self.tracks[channel.record]
+        processed = self.processed_recordings[channel.record]
         rows = channel.rows[::max(1, len(channel.rows) // MOST_STATES)]
-        coloured = noise.near_repeat_deviation(track.states(rows), residual(channel)[rows], track.grid_t_s[rows])
+        coloured = noise.near_repeat_deviation(processed.states(rows), residual(channel)[rows], processed.grid_t_s[rows])
         return white if coloured is None else max(white, coloured / np.sqrt(self.bandwidth[channel.record]))
 
     def _find_blocks(self):
         """Block of every grid instant: whole periods, or about the wanted length."""
-        wanted_s = noise.block_length_s(sum(t.grid_t_s[-1] - t.grid_t_s[0] for t in self.tracks), self.joints)
+        wanted_s = noise.block_length_s(sum(t.grid_t_s[-1] - t.grid_t_s[0] for t in self.processed_recordings), self.joints)
         self.block_of, self.block_record = [], []
-        for record, track in enumerate(self.tracks):
+        for record, processed in enumerate(self.processed_recordings):
             period_s = self.periods_s[record]
             length_s = wanted_s if period_s is None else max(1, round(wanted_s / period_s)) * period_s
-            t = track.grid_t_s - track.grid_t_s[0]
+            t = processed.grid_t_s - processed.grid_t_s[0]
             count = max(2, round(t[-1] / length_s))
             number = np.minimum((t / t[-1] * count).astype(int), count - 1)
             self.block_of.append(number + len(self.block_record))
@@ -185,8 +185,8 @@ class Evidence:
 
     def _thin(self):
         """Rows that lie closer than the low-pass can tell apart say nothing new; and of very long recordings a part will do."""
-        fastest_Hz = max(track.recording.score.lowpass_hz for track in self.tracks)
-        step_s = min(track.step_s for track in self.tracks)
+        fastest_Hz = max(processed.recording.score.lowpass_hz for processed in self.processed_recordings)
+        step_s = min(processed.step_s for processed in self.processed_recordings)
         most = max(sum(len(c.rows) for c in self.channels if c.kind == kind) for kind in self.kinds)
         self.thin = max(1, int(1 / (ROWS_PER_PERIOD * fastest_Hz * step_s)), -(-most // MOST_ROWS))
         for channel in self.channels:
@@ -199,8 +199,8 @@ class Evidence:
         rows = channel.rows if rows is None else rows
         out = np.zeros((len(rows), self.bases + len(self.angle_kinds)))
         if channel.kind[0] == "T":
-            track, joint = self.tracks[channel.record], int(channel.kind[1])
-            out[:, track.index[joint]] = track.x[joint][rows]
+            processed, joint = self.processed_recordings[channel.record], int(channel.kind[1])
+            out[:, processed.index[joint]] = processed.x[joint][rows]
             out[:, self.absent] = 0
         else:
             out[:, self.bases + self.angle_kinds.index(channel.kind)] = 1

@@ -13,28 +13,28 @@ INERTIA_WITHIN = 4.0  # of the given model's, that a link's stays where an effec
 MOTION = ("q", "v", "a", "slip")
 
 
-class Scene:
+class TorqueTerms:
     """Torques of one recording at identified base parameters, the drive giving 1 + `torque_constant_error` of what current and
     constant say. Arrays have one row a joint."""
 
-    def __init__(self, evidence, record, base, torque_constant_error=0.0):
-        self.evidence, self.record, self.base = evidence, record, np.asarray(base, float)
+    def __init__(self, dataset, record, base, torque_constant_error=0.0):
+        self.dataset, self.record, self.base = dataset, record, np.asarray(base, float)
         self.torque_constant_error = torque_constant_error
-        self.track = track = evidence.tracks[record]
-        self.q, self.v, self.a, self.slip = track.q, track.v, track.a, track.slip
-        self.t_s, self.step_s, self.columns = track.t_s, track.step_s, track.columns
+        self.processed = processed = dataset.processed_recordings[record]
+        self.q, self.v, self.a, self.slip = processed.q, processed.v, processed.a, processed.slip
+        self.t_s, self.step_s, self.columns = processed.t_s, processed.step_s, processed.columns
         self.drive_Nm, self._kept = None, {}
-        if evidence.load_sensor:
-            self.given_drive_Nm = (self.columns["joint_current_A"] * evidence.drive_gain())[None]
+        if dataset.load_sensor:
+            self.given_drive_Nm = (self.columns["joint_current_A"] * dataset.drive_gain())[None]
             self.drive_Nm = (1 + torque_constant_error) * self.given_drive_Nm
-        self.model = model_at(evidence, self.base)
-        self.segments = [self._segment(number) for number in range(len(track.parts))]
+        self.model = model_at(dataset, self.base)
+        self.segments = [self._segment(number) for number in range(len(processed.parts))]
         self._take_instants()
-        drives = [self.model.struct.drive[j] for j in range(evidence.joints)]
+        drives = [self.model.struct.drive[j] for j in range(dataset.joints)]
         self.coulomb_Nm = [drive.coulomb_Nm for drive in drives]
         self.viscous = [drive.viscous_Nms_rad for drive in drives]
-        if evidence.at_motor:
-            self.travel_rad = np.array([evidence.transmissions[0].joint_rad(self.motor_rad[0]), evidence.ankle_rad[record]])
+        if dataset.at_motor:
+            self.travel_rad = np.array([dataset.transmissions[0].joint_rad(self.motor_rad[0]), dataset.ankle_rad[record]])
 
     def once(self, key, make):
         """A value that several columns share."""
@@ -44,19 +44,19 @@ class Scene:
 
     def at(self, base, torque_constant_error=0.0):
         """The same recording at other base parameters."""
-        return Scene(self.evidence, self.record, base, torque_constant_error)
+        return TorqueTerms(self.dataset, self.record, base, torque_constant_error)
 
     # ---- segments ------------------------------------------------------------------
 
     def _segment(self, number):
         """A part of the recording for the library; what it points to stands beside it."""
-        part, track = self.track.parts[number], self.track
+        part, processed = self.processed.parts[number], self.processed
         begin, end = part["begin"], part["end"]
         segment, alive = ffi.new("tl_effect_segment *"), [self.model, np.ascontiguousarray(self.t_s[begin:end])]
         segment.model, segment.n, segment.t_s = self.model.struct, end - begin, pointer(alive[1])
-        for j in range(self.evidence.joints):
-            stops, sensing = part["stops"][j], track.regression.struct.sensing[j]
-            recorded_speed = track.regression.struct.layout.position[j] == lib.TL_CHANNEL_COUNT  # runs on through stops
+        for j in range(self.dataset.joints):
+            stops, sensing = part["stops"][j], processed.regression.struct.sensing[j]
+            recorded_speed = processed.regression.struct.layout.position[j] == lib.TL_CHANNEL_COUNT  # runs on through stops
             segment.stop[j], segment.stops[j] = stops, 0 if recorded_speed else len(stops)
             segment.window[j] = ffi.NULL if sensing.across else ffi.addressof(sensing, "window")
             for name in MOTION:
@@ -70,15 +70,15 @@ class Scene:
 
     def _limit_inertia(self, segment):
         """An effect can drive the fitted inertia far out of range: links swing with one near the given model's."""
-        mine, given = straight_inertia(self.model), straight_inertia(self.evidence.model)
-        for j in range(self.evidence.joints if self.evidence.at_motor else 0):
+        mine, given = straight_inertia(self.model), straight_inertia(self.dataset.model)
+        for j in range(self.dataset.joints if self.dataset.at_motor else 0):
             segment.link_inertia_kg_m2[j] = np.clip(mine[j], given[j] / INERTIA_WITHIN, given[j] * INERTIA_WITHIN)
 
     def prepared(self, number):
         """A segment ready for the library's columns; what its columns share is made once."""
         def make():
             segment = self.segments[number][0]
-            memory = np.empty(lib.tl_effect_prepared_memory(self.evidence.joints, segment.n))
+            memory = np.empty(lib.tl_effect_prepared_memory(self.dataset.joints, segment.n))
             out = ffi.new("tl_effect_prepared *")
             lib.tl_effect_prepare(out, segment, pointer(memory))
             return out, memory
@@ -91,22 +91,22 @@ class Scene:
     def channels_of(self, joint):
         """Channels that can show an effect at a joint, or at the base, that is no law of the instant."""
         angles = {0: ("K",), 1: ("E", "F"), constants.TL_MAX_JOINTS: ("K",)}[joint]
-        return [*(f"T{j}" for j in range(self.evidence.joints)), *(name for name in angles if name in self.evidence.kinds)]
+        return [*(f"T{j}" for j in range(self.dataset.joints)), *(name for name in angles if name in self.dataset.kinds)]
 
     def operated(self, samples, joint):
         """(columns, samples) of torques at a joint -> (columns, grid), as the score has its rows."""
         parts = [self.operated_part(samples[:, part["begin"]:part["end"]], joint, number)
-                 for number, part in enumerate(self.track.parts)]  # fmt: skip
+                 for number, part in enumerate(self.processed.parts)]  # fmt: skip
         return np.concatenate(parts, axis=1)
 
     def operated_part(self, samples, joint, number, bridged=False):
         """The same of one part; of an angle where `joint` is None. `bridged`: has gone through short stops already."""
-        part = self.track.parts[number]
+        part = self.processed.parts[number]
         rows = slice(part["begin"], part["end"])
         columns = np.ascontiguousarray(samples if joint is None else samples / self.ratio[joint][rows])
         columns = columns.copy() if columns is samples else columns
         out = np.empty((len(columns), part["n"]))
-        lib.tl_regression_columns(self.track.regression.struct, self.segments[number][0], -1 if joint is None or bridged else joint,
+        lib.tl_regression_columns(self.processed.regression.struct, self.segments[number][0], -1 if joint is None or bridged else joint,
                                   part["rows"][0].t[0], pointer(columns), len(columns), pointer(out), part["n"])  # fmt: skip
         return out
 
@@ -120,16 +120,16 @@ class Scene:
         return self._instants[j]
 
     def _over_session(self, j):
-        now, tracks = self._instants[j].copy(), self.evidence.tracks[:self.record]
-        now["t_s"] += sum(track.t_s[-1] - track.t_s[0] for track in tracks)
+        now, processed_recordings = self._instants[j].copy(), self.dataset.processed_recordings[:self.record]
+        now["t_s"] += sum(processed.t_s[-1] - processed.t_s[0] for processed in processed_recordings)
         return now
 
     def _take_instants(self):
         """Instants of every joint, and their fields as arrays with one row a joint."""
-        joints = range(self.evidence.joints)
+        joints = range(self.dataset.joints)
         self._instants = [np.zeros(len(self.t_s), INSTANT) for _ in joints]
         for j, now in enumerate(self._instants):
-            for (segment, _), part in zip(self.segments, self.track.parts):
+            for (segment, _), part in zip(self.segments, self.processed.parts):
                 rows = now[part["begin"]:part["end"]]
                 lib.tl_effect_instants(segment, j, ffi.from_buffer("tl_effect_instant[]", rows, require_writable=True))
             self._add_recorded(j, now)
@@ -138,8 +138,8 @@ class Scene:
         self.link_Nm, self.joint_Nm = whole - self.rotor_Nm, whole + self.friction_Nm
         self.motor_rad, self.motor_Nm, self.ratio = every("motor_rad"), every("motor_Nm"), every("ratio")
         self.gear = 1.0
-        if not self.evidence.at_motor:  # torques and angles are the joint's here: motor turns for one of it
-            self.gear = float(self.ratio[0, self.track.parts[0]["begin"]])
+        if not self.dataset.at_motor:  # torques and angles are the joint's here: motor turns for one of it
+            self.gear = float(self.ratio[0, self.processed.parts[0]["begin"]])
             self.motor_Nm, self.ratio = self.gear * self.motor_Nm, np.ones_like(self.ratio)
             self.motor_rad = self.travel_rad = self.q
 
@@ -148,35 +148,35 @@ class Scene:
         now["t_s"] -= self.t_s[0]
         now["temp_C"] = self._temperature(j)
         if self.drive_Nm is None:
-            now["motor_Nm"] = self.track.bridge(now["motor_Nm"], j)
-        if self.evidence.at_motor:
-            now["motor_rad"] = self.columns[f"{self.evidence.model.joints[j]}_motor_rad"]
+            now["motor_Nm"] = self.processed.bridge(now["motor_Nm"], j)
+        if self.dataset.at_motor:
+            now["motor_rad"] = self.columns[f"{self.dataset.model.joints[j]}_motor_rad"]
 
     def _temperature(self, j):
         """Of a joint's drive, smoothed [C]; 0 where it was not recorded."""
-        values = self.columns.get(f"{self.evidence.model.joints[j]}_temp_C")
+        values = self.columns.get(f"{self.dataset.model.joints[j]}_temp_C")
         if values is None:
             return 0.0
         n = max(1, int(TEMPERATURE_WINDOW_S / self.step_s))
         return np.convolve(np.pad(values, (n // 2, n - 1 - n // 2), mode="edge"), np.ones(n) / n, "valid")
 
     def grid(self, name, joint):
-        """An array of this scene on the grid."""
-        return self.once(("grid", name, joint), lambda: self.track.resample(getattr(self, name)[joint]))
+        """An array of these terms on the grid."""
+        return self.once(("grid", name, joint), lambda: self.processed.resample(getattr(self, name)[joint]))
 
 
-def model_at(evidence, base):
+def model_at(dataset, base):
     """The library's model with these base parameters; physical or not, its laws take them. One at a time is kept."""
-    key = id(evidence.model), np.asarray(base, float).tobytes()
-    if evidence.models.get("key") != key:
-        evidence.models.update(key=key, model=_model_at(evidence, base))
-    return evidence.models["model"]
+    key = id(dataset.model), np.asarray(base, float).tobytes()
+    if dataset.models.get("key") != key:
+        dataset.models.update(key=key, model=_model_at(dataset, base))
+    return dataset.models["model"]
 
 
-def _model_at(evidence, base):
-    model = evidence.model.copy()
+def _model_at(dataset, base):
+    model = dataset.model.copy()
     model.set_parameters(**(physical(model, base) or {}))
-    if evidence.velocity_only:  # gravity at an angle that is not known
+    if dataset.velocity_only:  # gravity at an angle that is not known
         model.struct.gravity_moment_kg_m = 0.0
     return model
 
@@ -194,11 +194,11 @@ def straight_inertia(model):
 class Extent:
     """How far the recordings go, over all of them: scales of the candidates' shapes. One entry a joint."""
 
-    def __init__(self, scenes):
-        joints = range(scenes[0].evidence.joints)
+    def __init__(self, all_terms):
+        joints = range(all_terms[0].dataset.joints)
 
         def each(name, j):
-            return [getattr(scene, name)[j][scene.track.inside] for scene in scenes]
+            return [getattr(terms, name)[j][terms.processed.inside] for terms in all_terms]
 
         self.speed = [max(np.quantile(np.abs(v), 0.98) for v in each("v", j)) + 1e-9 for j in joints]
         self.middle = [float(np.median(np.concatenate(each("q", j)))) for j in joints]
