@@ -4,7 +4,6 @@
 #include <math.h>
 #include <string.h>
 
-
 #define SMALL 1e-5 /* [rad], [rad/s]: step of slopes */
 #define MOUNT 6
 

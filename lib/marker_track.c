@@ -140,8 +140,19 @@ static int merged(const frame *f, int m) {
   return 0;
 }
 
+/* What the area varies by from picture to picture: half the mean square of its differences, so that a marker that slowly
+ * comes nearer or turns does not count. */
+static void remember_jitter(tl_marker_memory *memory, const tl_marker_sample *sample, double share) {
+  if (memory->last_area > 0.0) {
+    const double off = fabs(sample->area_px2 / memory->last_area - 1.0), counted = off < 0.06 ? off : 0.06;
+    memory->area_jitter += share * (0.5 * counted * counted - memory->area_jitter);
+  }
+  memory->last_area = sample->area_px2;
+}
+
 static void remember_area(tl_marker_memory *memory, const tl_marker_sample *sample) {
   double share = 1.0 / (memory->areas + 1.0);
+  remember_jitter(memory, sample, share > 0.05 ? share : 0.05);
   if (memory->areas > 0) { /* of what is hidden only so much, that it does not become usual */
     const double off = fabs(sample->area_px2 / memory->area - 1.0), counted = off < 0.06 ? off : 0.06;
     memory->area_spread += (share > 0.05 ? share : 0.05) * (counted * counted - memory->area_spread);
@@ -194,7 +205,7 @@ static void look_at(frame *f, int m, tl_marker_sample *sample) {
   if (sample->flags & TL_MARKER_SEEN) {
     if (f->state->searched && (!memory->known || memory->lost > NEAR)) sample->flags |= TL_MARKER_REACQUIRED;
     remember(memory, sample, f->t_s);
-    widen(sample, memory->area_spread);
+    widen(sample, memory->area_jitter);
   } else if (memory->lost < 1000000) {
     memory->lost++;
   }

@@ -4,7 +4,6 @@
 #include <math.h>
 #include <string.h>
 
-
 #define KNOWN(columns) (columns)        /* place of the known part in `raw` */
 #define EFFORT(columns) ((columns) + 1) /* and of what was measured */
 #define RAW_COLUMNS (TL_MAX_ROW + 2)

@@ -88,8 +88,9 @@ typedef struct tl_marker_sample {
 typedef struct tl_marker_memory {
   int known, lost; /* a position is known; pictures since */
   double x, y, vx, vy, t_s;
-  double area, area_spread; /* px^2, and the variance of its share */
-  int areas; /* how many pictures `area` rests on */
+  double area, area_spread;      /* px^2, and the variance of its share */
+  double last_area, area_jitter; /* of the picture before, and the variance between pictures as a share */
+  int areas;                     /* how many pictures `area` rests on */
 } tl_marker_memory;
 
 typedef struct tl_marker_state {
