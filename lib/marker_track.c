@@ -152,12 +152,14 @@ static void remember_jitter(tl_marker_memory *memory, const tl_marker_sample *sa
 
 static void remember_area(tl_marker_memory *memory, const tl_marker_sample *sample) {
   double share = 1.0 / (memory->areas + 1.0);
+  const int spoilt = sample->flags & (TL_MARKER_PARTIAL | TL_MARKER_EDGE);
   remember_jitter(memory, sample, share > 0.05 ? share : 0.05);
-  if (memory->areas > 0) { /* of what is hidden only so much, that it does not become usual */
+  /* what is hidden must not become usual: it counts only until the usual is known, and only so much */
+  if (memory->areas > 0 && (!spoilt || memory->areas < LEARNT)) {
     const double off = fabs(sample->area_px2 / memory->area - 1.0), counted = off < 0.06 ? off : 0.06;
     memory->area_spread += (share > 0.05 ? share : 0.05) * (counted * counted - memory->area_spread);
   }
-  if (sample->flags & (TL_MARKER_PARTIAL | TL_MARKER_EDGE)) return;
+  if (spoilt) return;
   if (share < SLOWEST) share = SLOWEST;
   memory->area += share * (sample->area_px2 - memory->area);
   memory->areas++;
@@ -179,10 +181,10 @@ static void remember(tl_marker_memory *memory, const tl_marker_sample *sample, d
 }
 
 /* The share of its area below which a marker is partly hidden: 0.96 in clean pictures, less where compression makes the
- * area vary by more, and as long as that is not known. */
+ * area vary by more. */
 static double least_share(const tl_marker_memory *memory) {
-  const double least = memory->areas < LEARNT ? 0.15 : 0.04, varies = 5.0 * sqrt(memory->area_spread);
-  if (varies < least) return 1.0 - least;
+  const double varies = 5.0 * sqrt(memory->area_spread);
+  if (varies < 0.04) return 0.96;
   return varies < 0.3 ? 1.0 - varies : 0.7;
 }
 
