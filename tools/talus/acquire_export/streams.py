@@ -173,7 +173,7 @@ def tick_groups(streams):
     """The groups of those streams that have ticks, the others each with instants of its own where it is cyclic."""
     groups = {}
     for stream in streams:
-        if len(stream.order) and stream.message.counter and stream.message.cycle_s:
+        if stream.message.counter and stream.message.cycle_s and len(stream.order) and len(stream.in_order()):
             shared = stream.message.sender if stream.message.sample_tick else stream.message.name
             key = (stream.source, stream.message.sample_tick, shared, stream.message.cycle_s)
             groups.setdefault(key, []).append(stream)
