@@ -49,6 +49,22 @@ def test_what_is_sound_is_left_alone(plant, sound):
     assert gate.findings(model, ["a.csv", "b.csv"], recordings) == []
 
 
+def test_a_joint_that_is_turned_from_outside_may_have_no_current():
+    t = np.arange(6000) * 0.005
+    columns = {"time_s": t, "joint_rad": np.sin(2 * t) + 0.3 * np.sin(3.1 * t), "joint_current_A": np.zeros(6000)}
+    model = talus.Model.read(REPOSITORY / "models/pendulum.yaml")
+    load = {"joint_load_Nm": np.random.default_rng(1).normal(size=6000)}
+    assert [f.id for f in gate.findings(model, ["a.csv"], [talus.Recording(columns)])] == ["stuck"]
+    assert gate.findings(model, ["a.csv"], [talus.Recording(columns | load)]) == []
+
+
+def test_long_recordings_are_told_by_their_first_minute(sound):
+    model, (recording, _) = sound["pendulum"]
+    short = recording.head(3000)
+    assert len(short.t) == 3000 and np.array_equal(short.columns["joint_rad"], recording.columns["joint_rad"][:3000])
+    assert recording.head(10**6) is recording
+
+
 def test_two_recordings_that_share_rows(sound):
     model, (one, other) = sound["leg"]
     part = {name: np.concatenate([one.columns[name][2000:4000], x[1000:]]) for name, x in other.columns.items()}

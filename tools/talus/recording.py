@@ -84,6 +84,14 @@ class Recording:
     def score(self, settings):
         self._score, self.has_score = settings, True
 
+    def head(self, rows):
+        """The first rows, with the same scoring."""
+        if len(self.t) <= rows:
+            return self
+        out = Recording({name: x[:rows] for name, x in self.columns.items()})
+        out._score, out.has_score = self._score, self.has_score
+        return out
+
     def check_channels(self, model):
         """ValueError names the columns that the model's recordings need and this one lacks."""
         held, names = channel_set(model), {number: name for name, number in channels().items()}

@@ -18,6 +18,7 @@ from .finding import Finding
 FAR, NEAR = np.log(3.5), np.log(2.2)  # of a torque term, from the model file's: out of the question, and plausible
 HARDLY = 0.05  # of the measured torque: smaller terms tell nothing
 FEWEST_ROWS = 200
+MOST_SAMPLES = 60_000  # of a recording: a wrong unit shows in a minute as in an hour
 WORSE_FIT = 1.5  # of the residual, that an explanation may leave more
 OTHER_RESIDUAL, OTHER_SHARE, OTHER_TERM = 3.0, 0.25, 1.7  # between recordings of one machine none of these is exceeded
 NEVER_NEGATIVE, RINGING, NEGATIVE_SHARE = 1e-3, 0.05, 0.15
@@ -64,7 +65,7 @@ def joint_rows(model, recordings, joint):
     """Rows of a joint in each recording; None where there are too few."""
     out, prior = [], np.array(list(model.base.values()))
     for recording in recordings:
-        parts = talus.Regression(model, recording).rows()[joint]
+        parts = talus.Regression(model, recording.head(MOST_SAMPLES)).rows()[joint]
         kept = [part for part in parts if np.any(part.kind == lib.TL_ROW_SCORED)]
         if sum(int(np.sum(part.kind == lib.TL_ROW_SCORED)) for part in kept) < FEWEST_ROWS:
             out.append(None)
@@ -137,7 +138,8 @@ def _tried(model, recordings, joint, rows):
 def _at_angle(model, recordings, joint, factor):
     """Rows of a joint whose angle columns are multiplied."""
     columns = angle_columns(model, joint)
-    changed = [talus.Recording({n: factor * x if n in columns else x for n, x in r.columns.items()}) for r in recordings]
+    changed = [talus.Recording({n: factor * x if n in columns else x for n, x in r.head(MOST_SAMPLES).columns.items()})
+               for r in recordings]  # fmt: skip
     try:
         return stacked(joint_rows(model, changed, joint))
     except talus.TalusError:  # the drive cannot stand there

@@ -8,23 +8,24 @@ from .samples import is_angle
 WINDOW = 12  # rows in a row that must be the same to the last digit
 DOUBLED_SHARE, REPEATED_ROWS = 0.1, 100
 DISTINCT_SHARE = 0.3  # of all rows: fewer, and the columns are too coarse for equal rows to say anything
+MIX = 0x9E3779B97F4A7C15  # odd: no bit of a product is lost
 MOVING_STEPS = 4  # of the encoder from row to row: faster, two equal rows are one read twice
 
 
 def _windows(recording):
     """A number for each run of WINDOW rows; None for those in which hardly anything changes."""
-    rows = np.column_stack([x for name, x in sorted(recording.columns.items()) if name not in ("time_s", "valid")])
-    rows = rows + 0.0  # one zero
-    bits = np.ascontiguousarray(rows).view(np.uint64)
-    weights = np.arange(1, bits.shape[1] + 1, dtype=np.uint64) * np.uint64(0x9E3779B97F4A7C15)
-    with np.errstate(over="ignore"):
-        each = ((bits ^ (bits >> np.uint64(29))) * weights).sum(axis=1, dtype=np.uint64)
-        out = np.zeros(len(each) - WINDOW + 1, np.uint64)
-        for k in range(WINDOW):
-            out = out * np.uint64(0x100000001B3) + each[k:k + len(out)]
+    each, moves = np.zeros(len(recording.t), np.uint64), np.zeros(len(recording.t) - 1, bool)
+    for number, (name, x) in enumerate(sorted(recording.columns.items()), 1):
+        if name not in ("time_s", "valid"):
+            bits = (x + 0.0).view(np.uint64)  # + 0.0: one zero
+            each += (bits ^ (bits >> np.uint64(29))) * np.uint64(number * MIX % 2**64)
+            moves |= np.diff(x) != 0
+    out = np.zeros(len(each) - WINDOW + 1, np.uint64)
+    for k in range(WINDOW):
+        out = out * np.uint64(0x100000001B3) + each[k:k + len(out)]
     if len(np.unique(each)) < DISTINCT_SHARE * len(each):
         return out, np.zeros(len(out), bool)
-    changes = np.concatenate([[0], np.cumsum(np.any(np.diff(rows, axis=0) != 0, axis=1))])
+    changes = np.concatenate([[0], np.cumsum(moves)])
     return out, changes[WINDOW - 1:] - changes[:-WINDOW + 1] >= WINDOW - 1
 
 

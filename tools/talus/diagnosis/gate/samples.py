@@ -103,7 +103,8 @@ def _stuck(name, recording, column, x):
     """A sensor that shows one value to the last digit and then jumps, or holds each sample for several rows."""
     same = np.diff(x) == 0
     if same.all():
-        if is_effort(column):
+        unpowered = x[0] == 0.0 and "joint_load_Nm" in recording.columns  # turned from outside, beside a sensor
+        if is_effort(column) and not unpowered:
             yield Finding("stuck", True, column, f"{name}: always {x[0]:g}", "check how this column is read")
         return
     least = max(STUCK_ROWS, STUCK_S / recording.step_s)
