@@ -19,6 +19,12 @@ def report(effect, joint, probability, effects=(), **gaps):
 KNEE = [("load_friction", "knee")]
 
 
+@pytest.mark.parametrize(("probability", "text"), [(1.0, "over 0.99"), (0.994, "over 0.99"), (0.99, "0.99"), (0.5, "0.50"),
+                                                   (0.01, "0.01"), (0.0, "under 0.01")])  # fmt: skip
+def test_nothing_is_certain(probability, text):
+    assert words.share(probability) == text
+
+
 def test_a_cause_with_its_gain():
     assert words.sentence(report("load_friction", "knee", 0.97, KNEE)) == (
         "The gap comes from friction that grows with the load (load friction) at the knee (probability 0.97): modelling it takes "

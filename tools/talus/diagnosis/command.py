@@ -175,11 +175,11 @@ def summary(found):
         yield f"  {finding['id'].replace('_', ' ')}: {finding['evidence']}; {finding['remedy']}"
     for item in found["alternatives"][:3]:
         if item["probability"] >= 0.01:
-            yield f"  or {words.at(item['effect'], item['joint'])}: probability {item['probability']:.2f}"
+            yield f"  or {words.at(item['effect'], item['joint'])}: probability {words.share(item['probability'])}"
     for joint, gap in found["gap"].items():
         unit = gap["unit"]
-        yield (f"{joint}: {gap['nominal_rms']:.4g} {unit} as given, {gap['identified_rms']:.4g} identified, "
-               f"{gap['extended_rms']:.4g} with effects, {gap['noise_floor_rms']:.4g} noise")  # fmt: skip
+        known = "" if words.is_poor(found) else f", {gap['extended_rms']:.4g} with effects, {gap['noise_floor_rms']:.4g} noise"
+        yield f"{joint}: {gap['nominal_rms']:.4g} {unit} as given, {gap['identified_rms']:.4g} identified{known}"
     if verdict["effect"] != "none":
         yield f"next: {found['next_experiment']['why']}"
 

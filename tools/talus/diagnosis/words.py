@@ -36,6 +36,11 @@ def name(effect):
     return effect.replace("_", " ")
 
 
+def share(probability):
+    """A probability as words: none is certain, so none reads as 0 or 1."""
+    return "over 0.99" if probability > 0.99 else "under 0.01" if probability < 0.01 else f"{probability:.2f}"
+
+
 def at(effect, joint):
     """A verdict's name and place: "load friction at the knee"; "unknown"."""
     return name(effect) if joint == "none" else f"{name(effect)} at the {joint}"
@@ -101,7 +106,7 @@ def closing(report):
 def sentence(report):
     """The diagnosis in plain words."""
     verdict = report["verdict"]
-    sure = f"probability {verdict['probability']:.2f}"
+    sure = f"probability {share(verdict['probability'])}"
     if report["findings"] and report["findings"][0]["grave"]:
         first = report["findings"][0]
         return f"No cause is named before this is mended: {first['evidence']}."

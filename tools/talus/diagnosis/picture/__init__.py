@@ -126,7 +126,7 @@ def _causes(out, report):
     every = [report["verdict"], *report["alternatives"]][:MOST_CAUSES]
     every = [e for e in every if e["probability"] >= LEAST_SHOWN]
     of = lambda e: words.name(e["effect"]) + ("" if e["joint"] == "none" else f", {e['joint']}")  # noqa: E731
-    out.bars("What could explain the gap", "probability", [[of(e), f"{e['probability']:.4f}"] for e in every],
+    out.bars("What could explain the gap", "probability", [[of(e), words.share(e["probability"])] for e in every],
              [e["probability"] for e in every], ["accent" if k == 0 else "measured" for k in range(len(every))])  # fmt: skip
     with out.side_by_side():
         for number, effect in enumerate(report["effects"], 1):
@@ -146,7 +146,7 @@ def _effect(out, number, effect, report):
     scale = Scale(gap["unit"], [effect["gap_before"], effect["gap_after"]])
     straight = words.is_linear(report)
     rows = [[name, f"{value:.4g}", words.unit(name, straight)] for name, value in effect["parameters"].items()]
-    rows += [["probability", f"{effect['probability']:.4f}", ""], ["error before", scale.number(effect["gap_before"]), scale.unit],
+    rows += [["probability", words.share(effect["probability"]), ""], ["error before", scale.number(effect["gap_before"]), scale.unit],
              ["error after", scale.number(effect["gap_after"]), scale.unit]]  # fmt: skip
     out.table(f"{number}. {words.cause(effect['effect'], effect['joint'], straight)}", ["parameter", "value", "unit"], rows)
 
