@@ -4,7 +4,8 @@
  * one name, which is also its column's name and says its unit.
  *
  *     uint32_t recorded = TL_CHANNEL_BIT(TL_CHANNEL_TIME) | TL_CHANNEL_BIT(TL_CHANNEL_SLIDER);
- *     const char *column = tl_channel_name(TL_CHANNEL_SLIDER); // "slider_m"
+ *     if (recorded & TL_CHANNEL_BIT(TL_CHANNEL_SLIDER))
+ *       puts(tl_channel_name(TL_CHANNEL_SLIDER)); // prints slider_m
  */
 #ifndef TALUS_CHANNEL_H
 #define TALUS_CHANNEL_H

@@ -2,8 +2,8 @@
  *
  *     tl_controller_state_f32 state;
  *     tl_controller_start_f32(&state);
- *     for (;;) {                                    // every millisecond
- *       tl_controller_input_f32 in = {.enable = 1, ...};
+ *     tl_controller_input_f32 in;
+ *     while (receive(&in)) { // every millisecond: the desired frame, the measured one, enable
  *       tl_controller_output_f32 out;
  *       tl_controller_tick_f32(&leg, &state, &in, &out);
  *       send(out.current_A[0], out.current_A[1]);

@@ -1,10 +1,16 @@
 /* curve.h: functions of one variable as tables with cubic Hermite interpolation, in double, float and Q31.
  *
+ *     const double first = -1.0, step = 2.0 / 64;
  *     tl_curve_knot_f64 knot[65];
+ *     for (int i = 0; i < 65; i++) { // x^3
+ *       double x = first + i * step;
+ *       knot[i].value = x * x * x;
+ *       knot[i].rise = 3.0 * x * x * step; // the slope times the step
+ *     }
  *     tl_curve_f64 curve;
- *     for (i = 0; i < 65; i++) { knot[i].value = ...; knot[i].rise = slope_at_knot * step; }
- *     if (tl_curve_init_f64(&curve, knot, 65, first, step) != TL_OK) ...
- *     double slope, value = tl_curve_at_f64(&curve, x, &slope);
+ *     if (tl_curve_init_f64(&curve, knot, 65, first, step) != TL_OK) return 1;
+ *     double rise, value = tl_curve_at_f64(&curve, 0.3, &rise);
+ *     printf("%.3f %.2f\n", value, rise / step); // prints 0.027 0.27
  *
  * Between two knots the curve is the cubic that has their values and slopes; its error is step^4 / 384 times
  * the largest fourth derivative (de Boor 1978). Beyond its ends it keeps the end's value and slope.

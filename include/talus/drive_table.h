@@ -2,9 +2,13 @@
  *
  *     tl_curve_knot_f64 knot[TL_DRIVE_TABLE_KNOTS];
  *     tl_drive_table table;
- *     if (tl_drive_table_make(&table, &ankle, knot) != TL_OK) ...
- *     tl_curve_to_q31(&table.ratio, TL_Q_ANGLE, knot_q31, &ratio);
- *     // ratio at q: table.ratio_scale * tl_curve_at_q31(&ratio, q_q29, &slope, &saturated) / 2^31
+ *     if (tl_drive_table_make(&table, &ankle, knot) != TL_OK) return 1;
+ *     tl_curve_knot_q31 knot_q31[TL_CURVE_MAX_KNOTS];
+ *     tl_curve_q31 ratio_q31;
+ *     if (tl_curve_to_q31(&table.ratio, TL_Q_ANGLE, knot_q31, &ratio_q31) != TL_OK) return 1;
+ *     int32_t q_q29 = 1 << 27, slope; // 0.25 rad
+ *     uint32_t saturated = 0;
+ *     double ratio = table.ratio_scale * tl_curve_at_q31(&ratio_q31, q_q29, &slope, &saturated) / 2147483648.0;
  *
  * A table spans +-30 degrees. The bound has two parts: what interpolation does, step^4 / 384 times the largest
  * fourth derivative, which interval arithmetic on the closed form encloses; and what rounding does.

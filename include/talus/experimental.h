@@ -2,6 +2,7 @@
  *
  *     #include <talus/talus.h>
  *     #include <talus/experimental.h>
+ *     puts(tl_effect_find("backlash")->name); // prints backlash
  *
  * talus.h is what a controller or a program links, and keeps its promises from version to version.
  */

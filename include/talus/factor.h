@@ -5,10 +5,13 @@
  * cost |X b - z|^2 is afterwards that of p (p + 1) / 2 products. Unlike a Gram
  * matrix it keeps all digits near a noise-free optimum.
  *
+ *     double rows_cm[] = {1, 1, 1, 0, 1, 2, 5, 7, 9}; // three rows, column after column: 1, x, z = 5 + 2 x
+ *     double b[2];
  *     tl_factor f;
- *     tl_factor_init(&f, 9);
- *     tl_factor_add(&f, rows_cm, 128, 128); // 128 rows, column after column
- *     tl_factor_solve(&f, 1e-12, b, &rank);
+ *     if (tl_factor_init(&f, 2) != TL_OK) return 1;
+ *     tl_factor_add(&f, rows_cm, 3, 3); // as many such blocks as there are
+ *     if (tl_factor_solve(&f, 1e-12, b, NULL) != TL_OK) return 1;
+ *     printf("%.1f %.1f\n", b[0], b[1]); // prints 5.0 2.0
  */
 #ifndef TALUS_FACTOR_H
 #define TALUS_FACTOR_H

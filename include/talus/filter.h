@@ -1,8 +1,11 @@
 /* filter.h: zero-phase Butterworth low-pass, as the score uses it.
  *
+ *     double x[500]; // 2 s: 1 with a ripple of 125 Hz
+ *     for (int k = 0; k < 500; k++) x[k] = k % 2 ? 1.1 : 0.9;
  *     tl_lowpass f;
- *     if (tl_lowpass_init(&f, 4, 30.0, 0.004) != TL_OK) ...
- *     tl_lowpass_zero_phase(&f, x, n, stride);
+ *     if (tl_lowpass_init(&f, 4, 30.0, 0.004) != TL_OK) return 1;
+ *     tl_lowpass_zero_phase(&f, x, 500);
+ *     printf("%.4f\n", x[250]); // prints 1.0000
  */
 #ifndef TALUS_FILTER_H
 #define TALUS_FILTER_H

@@ -6,9 +6,12 @@
  * all of them, and has its bound's argument beside it in lib/fixed*.
  *
  *     uint32_t saturated = 0;
+ *     int32_t knee_q29 = tl_fixed_from_double(0.5, TL_Q_ANGLE, &saturated);
+ *     int32_t gravity_q21 = tl_fixed_from_double(12.0, TL_Q_JOINT_TORQUE, &saturated);
  *     int32_t sine_q31, cosine_q31;
- *     tl_fixed_sincos(knee_angle_q29, &sine_q31, &cosine_q31);
+ *     tl_fixed_sincos(knee_q29, &sine_q31, &cosine_q31);
  *     int32_t torque_q21 = tl_fixed_multiply(gravity_q21, sine_q31, 31, &saturated);
+ *     printf("%.4f\n", tl_fixed_to_double(torque_q21, TL_Q_JOINT_TORQUE)); // prints 5.7531
  *
  * Signed numbers are shifted right as every compiler for these machines does:
  * towards minus infinity (a test compares the images for Cortex-M).

@@ -3,12 +3,22 @@
  * The regression rows of any number of recordings, folded into one factor a
  * joint, hold all that identification needs: a particle costs O(p^2), not O(N).
  *
- *     tl_problem problem;
+ *     int index[TL_MAX_ROW];
+ *     tl_factor factor[1]; // one joint: an arm
+ *     if (tl_factor_init(&factor[0], tl_row_index(&model, 0, index)) != TL_OK ||
+ *         tl_regressor_fold(&model, n, q, v, a, NULL, torque_Nm, factor) != TL_OK) return 1;
  *     tl_identify_settings s = tl_identify_defaults();
- *     tl_problem_init(&problem, &model, &s, factor);
- *     tl_identify_swarm(&problem, memory, tl_identify_memory(&problem), p, &swarm_info);
- *     tl_identify_conclude(&problem, p, &result);
- *     tl_identify_sigma(&problem, &sandwich, &result);   // after a second look at the rows
+ *     tl_problem problem;
+ *     if (tl_problem_init(&problem, &model, &s, factor) != TL_OK) return 1;
+ *     size_t memory_n = tl_identify_memory(&problem);
+ *     double *memory = malloc(memory_n * sizeof *memory), p[TL_MAX_PARAMETERS];
+ *     tl_identify_result result;
+ *     if (!memory || tl_identify_swarm(&problem, memory, memory_n, p, NULL) != TL_OK ||
+ *         tl_identify_conclude(&problem, p, &result) != TL_OK) return 1;
+ *     free(memory);
+ *     printf("%.4f kg m^2\n", result.value[0]); // prints 0.0500 kg m^2
+ *
+ * How sure each parameter is: tl_identify_sigma, after a second look at the rows (tl_sandwich_add).
  */
 #ifndef TALUS_IDENTIFY_H
 #define TALUS_IDENTIFY_H

@@ -6,9 +6,13 @@
  * and inertia. Stops are found from the angles alone. docs/signal.md gives the reasons.
  *
  *     tl_layout layout;
- *     tl_layout_init(&layout, &model, recorded_channels);
- *     tl_kinematics_window(&model, &layout, j, &score, step_s, &block, work, work_n, &sensing[j]);   // once a recording
- *     tl_kinematics(&model, &layout, sensing, &block, work, work_n, &track);         // block by block
+ *     tl_sensing sensing[TL_MAX_JOINTS];
+ *     tl_score_settings score = tl_score_defaults();
+ *     if (tl_layout_init(&layout, &model, recorded) != TL_OK) return 1;
+ *     for (int j = 0; j < tl_joint_count(&model); j++) // once a recording
+ *       if (tl_kinematics_window(&model, &layout, j, &score, step_s, &block, work, work_n, &sensing[j]) != TL_OK) return 1;
+ *     if (tl_kinematics(&model, &layout, sensing, &block, work, work_n, &track) != TL_OK) return 1; // block by block
+ *     printf("%.2f rad/s\n", track.v[0][500]); // prints 0.50 rad/s
  */
 #ifndef TALUS_KINEMATICS_H
 #define TALUS_KINEMATICS_H

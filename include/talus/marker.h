@@ -1,13 +1,16 @@
 /* marker.h: coloured round markers in pictures, and the angles of the links that carry them.
  *
- *     tl_marker_setup setup = {.markers = 4, .colors = 4, ...};
+ *     tl_marker_setup setup = {.markers = 1, .colors = 1, .color = {{0.0, 20.0, 0.5, 0.3}}, // red
+ *                              .start_px = {{60.0, 40.0}}, .radius_px = {8.0}};
  *     tl_marker_classes classes;
  *     tl_marker_state state;
  *     tl_marker_sample seen[TL_MARKER_MAX];
  *     static tl_marker_run run[4096];
- *     if (tl_marker_classes_init(&classes, setup.color, setup.colors) != TL_OK) ...
- *     tl_marker_start(&setup, &state);
- *     while (...) tl_marker_track(&setup, &classes, &state, &image, t_s, seen, run, 4096);
+ *     if (tl_marker_classes_init(&classes, setup.color, setup.colors) != TL_OK ||
+ *         tl_marker_start(&setup, &state) != TL_OK) return 1;
+ *     for (double t_s = 0.0; next_picture(&image); t_s += 1.0 / 60.0)
+ *       if (tl_marker_track(&setup, &classes, &state, &image, t_s, seen, run, 4096) != TL_OK) return 1;
+ *     printf("%.2f %.2f\n", seen[0].x_px, seen[0].y_px); // prints 62.00 40.00
  *
  * A picture is looked at where the markers are expected; only for a marker that is not found there the
  * whole picture is searched, on a coarse grid. A centre is the mean of the pixels' positions, weighted by the

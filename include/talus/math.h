@@ -6,7 +6,8 @@
  * multi-precision reference. NaN in gives NaN out.
  *
  *     double s, c;
- *     tl_sincos(angle_rad, &s, &c);
+ *     tl_sincos(TL_PI / 6.0, &s, &c);
+ *     printf("%.4f %.4f\n", s, c); // prints 0.5000 0.8660
  */
 #ifndef TALUS_MATH_H
 #define TALUS_MATH_H

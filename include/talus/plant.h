@@ -6,10 +6,16 @@
  * Torque is what the recording shows: the leg's motor torques [N m], the
  * pendulum's joint torque [N m], the slider's force [N].
  *
- *     tl_motion now = {.q = {0.1, 0.0}, .v = {1.0, 0.0}, .a = {0.0, 0.0}};
+ *     tl_model arm;
+ *     if (tl_model_init(&arm, TL_PLANT_PENDULUM) != TL_OK) return 1;
+ *     arm.inertia_kg_m2 = 0.05;
+ *     arm.gravity_moment_kg_m = 0.2;
+ *     arm.drive[0].coulomb_Nm = 0.3;
+ *     tl_motion now = {.q = {TL_PI / 6.0}, .v = {1.0}, .a = {2.0}};
  *     double torque_Nm[TL_MAX_JOINTS];
- *     tl_slip_from_velocity(&model, &now);
- *     tl_inverse(&model, &now, torque_Nm);
+ *     tl_slip_from_velocity(&arm, &now);
+ *     tl_inverse(&arm, &now, torque_Nm);
+ *     printf("%.3f\n", torque_Nm[0]); // prints 1.381
  *
  * Equation numbers are those of the source paper; the forms are Lagrange's,
  * docs/equations.md says where they differ from its print.

@@ -12,9 +12,13 @@
  *
  *     tl_pso swarm;
  *     tl_pso_settings s = tl_pso_defaults();
- *     tl_pso_init(&swarm, &s, 10, lower, upper, memory, tl_pso_memory(&s, 10));
- *     tl_pso_run(&swarm, cost, context);
- *     // swarm.best[0..9], swarm.best_cost, swarm.evaluations
+ *     const double lower[2] = {-5.0, -5.0}, upper[2] = {5.0, 5.0};
+ *     size_t memory_n = tl_pso_memory(&s, 2);
+ *     double *memory = malloc(memory_n * sizeof *memory);
+ *     if (!memory || tl_pso_init(&swarm, &s, 2, lower, upper, memory, memory_n) != TL_OK ||
+ *         tl_pso_run(&swarm, cost, NULL) != TL_OK) return 1; // cost: (x - 1)^2 + (y + 2)^2
+ *     printf("%.3f %.3f\n", swarm.best[0], swarm.best[1]); // prints 1.000 -2.000
+ *     free(memory);
  */
 #ifndef TALUS_PSO_H
 #define TALUS_PSO_H

@@ -3,6 +3,11 @@
  * Philox4x32-10 (Salmon, Moraes, Dror, Shaw, "Parallel random numbers: as easy
  * as 1, 2, 3", SC 2011): no state, so any thread may draw any number in any
  * order and the numbers are always the same.
+ *
+ *     double first[2], again[2];
+ *     tl_random_normal2(1, 7, 1000, first); // seed 1, stream 7, draw 1000
+ *     tl_random_normal2(1, 7, 1000, again);
+ *     if (first[0] != again[0] || first[1] != again[1]) return 1;
  */
 #ifndef TALUS_RANDOM_H
 #define TALUS_RANDOM_H

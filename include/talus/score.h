@@ -3,6 +3,11 @@
  * Measured and predicted are put on an even grid (the median step), segment by
  * segment, pass the same zero-phase low-pass, and samples near standstill and
  * at the ends of a segment are left out (and reported apart).
+ *
+ *     tl_score_settings s = tl_score_defaults();
+ *     tl_score_result r;
+ *     if (tl_score(&s, t_s, NULL, measured_Nm, predicted_Nm, speed_rad_s, n, work, work_n, &r) != TL_OK) return 1;
+ *     printf("%.1f %%\n", r.relative_percent); // prints 5.0 %
  */
 #ifndef TALUS_SCORE_H
 #define TALUS_SCORE_H

@@ -6,8 +6,9 @@
  * inside and the polynomial is read off its centre.
  *
  *     tl_window w = {.order = 4, .length_s = 0.04};
- *     double work[TL_WINDOW_WORK];
- *     tl_reconstruct(&w, t_s, angle_rad, n, q, v, a, work, TL_WINDOW_WORK);
+ *     double work[2000]; // tl_reconstruct_workspace: of the samples in a window
+ *     if (tl_reconstruct(&w, t_s, angle_rad, n, q, v, a, work, 2000) != TL_OK) return 1;
+ *     printf("%.2f rad/s, %.1f rad/s^2\n", v[100], a[100]); // prints 1.20 rad/s, 3.0 rad/s^2
  */
 #ifndef TALUS_SIGNAL_H
 #define TALUS_SIGNAL_H

@@ -3,6 +3,9 @@
  * Every function that can fail returns a tl_status: zero is success, failures
  * are negative and keep their number for ever. Outputs are untouched on
  * failure unless a function says otherwise. The library never prints.
+ *
+ *     tl_status status = TL_ERR_RANGE;
+ *     if (status != TL_OK) puts(tl_status_text(status)); // prints value out of range
  */
 #ifndef TALUS_STATUS_H
 #define TALUS_STATUS_H

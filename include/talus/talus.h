@@ -1,5 +1,10 @@
 /* talus.h: what a controller or a program links, and the ways to use it.
  *
+ *     #include <talus/talus.h>
+ *     tl_model arm;
+ *     if (tl_model_init(&arm, TL_PLANT_PENDULUM) != TL_OK) return 1;
+ *     puts(tl_joint_name(&arm, 0)); // prints joint
+ *
  * talus identifies the dynamics of a powered joint or leg from the currents of
  * its motors, and computes torques from what it identified. Each header can be
  * used alone and begins with a worked call; this one includes all that keep

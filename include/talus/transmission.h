@@ -6,9 +6,11 @@
  *
  *     tl_transmission ankle;
  *     tl_screw_linkage link = {0.002, 0.090, 0.040, 0.035, 84.75};
- *     if (tl_transmission_screw_linkage(&ankle, &link) != TL_OK) ...
+ *     if (tl_transmission_screw_linkage(&ankle, &link) != TL_OK) return 1;
  *     double ratio, slope;
- *     tl_transmission_ratio(&ankle, joint_rad, &ratio, &slope);
+ *     tl_transmission_ratio(&ankle, 0.2, &ratio, &slope);
+ *     double motor_rad = tl_transmission_motor_angle(&ankle, 0.2);
+ *     printf("%.3f\n", tl_transmission_joint_angle(&ankle, motor_rad)); // prints 0.200
  */
 #ifndef TALUS_TRANSMISSION_H
 #define TALUS_TRANSMISSION_H

@@ -2,6 +2,8 @@
  *
  * A program that was compiled against one version and runs with another can
  * tell by comparing TL_VERSION with tl_version().
+ *
+ *     if (strcmp(TL_VERSION, tl_version()) != 0) puts("compiled against another version");
  */
 #ifndef TALUS_VERSION_H
 #define TALUS_VERSION_H

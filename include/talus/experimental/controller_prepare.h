@@ -6,7 +6,7 @@
  *     int refused;
  *     tl_controller_defaults(&model, &settings);
  *     settings.joint[0].current_limit_A = 12.0;
- *     if (tl_controller_prepare(&leg, &model, effect, effects, &settings, knot, &refused) != TL_OK) ...
+ *     if (tl_controller_prepare(&leg, &model, effect, effects, &settings, knot, &refused) != TL_OK) return 1;
  *     tl_controller_f32 leg_f32;
  *     tl_curve_knot_f32 knot_f32[TL_CONTROLLER_KNOTS];
  *     tl_controller_to_f32(&leg, knot_f32, &leg_f32);

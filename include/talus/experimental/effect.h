@@ -7,9 +7,11 @@
  *
  *     const tl_effect_kind *kind = tl_effect_find("stribeck");
  *     tl_effect e = tl_effect_typical(kind, 1);        // at the ankle
+ *     tl_effect_instant instant;
+ *     tl_effect_instant_of(&model, &motion, 1, t_s, NULL, &instant);
  *     double torque_Nm, friction_Nm;
  *     tl_effect_law(&e, &instant, &torque_Nm, &friction_Nm);
- *     // at the joint: torque_Nm + friction_Nm * instant.slip
+ *     double joint_Nm = torque_Nm + friction_Nm * instant.slip;
  *
  * The table of effects (tl_effect_table) is the only list of them: model files, reports,
  * simulation and documentation read it. docs/effects.md shows how one is added.

@@ -4,11 +4,17 @@
  * with random phases, and slow ramps with holds. Each is checked against the
  * limits of the joints before it runs, and can be scaled to fit them.
  *
+ *     tl_limits limits[TL_MAX_JOINTS] = {tl_limits_none(), tl_limits_none()};
+ *     limits[0].speed = 5.0;
  *     tl_excitation e;
- *     tl_excitation_paper(&e, 2);
- *     tl_excitation_check(&model, limits, &e, broken, &n);  // says what it breaks, by how much, when
- *     tl_excitation_fit(&model, limits, &e, &scaling);      // smaller, then slower
- *     tl_excitation_at(&e, t_s, &motion);                   // q, v, a at an instant
+ *     tl_peak peak[TL_MAX_PEAKS];
+ *     int broken;
+ *     if (tl_excitation_paper(&e, 2) != TL_OK ||
+ *         tl_excitation_check(&model, limits, &e, peak, &broken) != TL_OK || // what it breaks, by how much, when
+ *         tl_excitation_fit(&model, limits, &e, NULL) != TL_OK) return 1;    // smaller, then slower
+ *     tl_motion motion;
+ *     tl_excitation_at(&e, 1.5, &motion); // q, v, a at an instant
+ *     printf("%s\n", tl_quantity_name(peak[0].quantity)); // prints speed
  *
  * Joint coordinates and units are those of plant.h: [rad], or [m] for a slider.
  */

@@ -1,5 +1,9 @@
 /* hysteresis.h: laws with a memory, stepped along a recorded motion: friction that is a spring over a small travel, and a
  * link behind a spring and a gap. Effects and their diagnosis take them from here.
+ *
+ *     tl_spring teeth = {.stiffness_Nm_rad = 3000.0, .gap_rad = 0.005, .soft_share = 1.0};
+ *     double loss_W = 0.0, inside = tl_spring_torque(&teeth, 0.002, 0.0, &loss_W); // half the gap to each side
+ *     printf("%.1f %.1f\n", inside, tl_spring_torque(&teeth, 0.0035, 0.0, &loss_W)); // prints 0.0 3.0
  */
 #ifndef TALUS_HYSTERESIS_H
 #define TALUS_HYSTERESIS_H

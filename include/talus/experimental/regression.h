@@ -6,12 +6,14 @@
  * is the regressor times the base parameters, unfiltered. One code for all three.
  *
  *     tl_regression r;
- *     tl_regression_init(&r, &model, recorded_channels, &score, step_s);
- *     ... r.sensing[j] from tl_kinematics_window ...
+ *     tl_regression_space space;
+ *     if (tl_regression_init(&r, &model, recorded, &score, step_s) != TL_OK) return 1;
+ *     r.sensing[0] = sensing; // of each joint, from tl_kinematics_window
  *     tl_regression_space_init(&space, &r, rows, grid, memory, stops, mask);
- *     for each block of each segment:
- *       tl_regression_block(&r, &block, &span, &space);
- *       for each joint: tl_rows_fold(&space.rows[j], &factor[j]);
+ *     while (next_block(&block, &span)) {
+ *       if (tl_regression_block(&r, &block, &span, &space) != TL_OK) return 1;
+ *       for (int j = 0; j < tl_joint_count(&model); j++) tl_rows_fold(&space.rows[j], NULL, scratch, &factor[j]);
+ *     }
  */
 #ifndef TALUS_REGRESSION_H
 #define TALUS_REGRESSION_H

@@ -6,11 +6,14 @@
  * on the step's own length, so that no step straddles a change and the order is
  * kept. There is no regularisation: a joint that sticks stands still to the last bit.
  *
+ *     const double q[TL_MAX_JOINTS] = {0.0}, v[TL_MAX_JOINTS] = {0.0}; // at rest
+ *     double torque_Nm[TL_MAX_JOINTS] = {0.1, 0.0};                    // too little to break loose
  *     tl_simulation s;
- *     tl_simulation_init(&s, &model, q, v);
- *     double torque_Nm[TL_MAX_JOINTS] = {0.1, 0.0};
- *     tl_simulate(&model, tl_held_torque, torque_Nm, 0.001, &s, s.t_s + 0.01);
- *     // s.motion.q, .v, .a; s.motion.slip is the friction's share of the level at which a joint gives way
+ *     if (tl_simulation_init(&s, &model, q, v) != TL_OK ||
+ *         tl_simulate(&model, tl_held_torque, torque_Nm, 0.001, &s, s.t_s + 0.01) != TL_OK) return 1;
+ *     printf("%g rad, slip %g\n", s.motion.q[0], s.motion.slip[0]); // prints 0 rad, slip 0.5
+ *
+ * s.motion.slip is the friction's share of the level at which a joint gives way.
  *
  * Effects (talus/experimental/effect.h) act when s.effect and s.effects name them: the mechanical ones on the
  * joints, their friction beside Coulomb's, so that a joint sticks on both. Steps are then shortened

@@ -6,9 +6,10 @@
  *
  *     tl_twin_settings settings = tl_twin_defaults(&model, &excitation);
  *     tl_twin bench;
- *     tl_twin_init(&bench, &model, &excitation, &settings);
+ *     if (tl_twin_init(&bench, &model, &excitation, &settings) != TL_OK) return 1;
  *     double row[TL_CHANNEL_COUNT];
- *     while (tl_twin_next(&bench, row) == TL_OK && row[TL_CHANNEL_TIME] < 60.0) ... row[TL_CHANNEL_KNEE_CURRENT]
+ *     while (tl_twin_next(&bench, row) == TL_OK && row[TL_CHANNEL_TIME] < 1.0)
+ *       keep(row[TL_CHANNEL_TIME], row[TL_CHANNEL_KNEE_CURRENT]);
  *
  * What the drive commands is a current for leg and pendulum and a force for a slider: where a field
  * says [A], a slider's is in newtons. The leg's drives see their motor's angle, the others the joint.
