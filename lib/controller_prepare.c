@@ -182,13 +182,12 @@ static tl_status put_drive(tl_preparation *p, int joint, const tl_transmission *
 static void put_rigid_leg(tl_controller_f64 *c, const tl_model *m) {
   double base[TL_MAX_BASE], foot_at_ankle = m->foot_mass_kg * m->shank_length_m;
 
-  /* shank inertia, shank moment, foot moment, foot inertia: talus/plant.h */
   tl_base_values(m, base);
-  c->shank_inertia = base[0] + foot_at_ankle * m->shank_length_m;
-  c->foot_inertia = base[3];
-  c->coupling = base[2] * m->shank_length_m;
-  c->gravity_shank = (base[1] + foot_at_ankle) * m->gravity_m_s2;
-  c->gravity_foot = base[2] * m->gravity_m_s2;
+  c->shank_inertia = base[TL_LEG_SHANK_INERTIA] + foot_at_ankle * m->shank_length_m;
+  c->foot_inertia = base[TL_LEG_FOOT_INERTIA];
+  c->coupling = base[TL_LEG_FOOT_MOMENT] * m->shank_length_m;
+  c->gravity_shank = (base[TL_LEG_SHANK_MOMENT] + foot_at_ankle) * m->gravity_m_s2;
+  c->gravity_foot = base[TL_LEG_FOOT_MOMENT] * m->gravity_m_s2;
 }
 
 static tl_status put_joints(tl_preparation *p) {

@@ -1,7 +1,9 @@
 /* effect_kinds.h: what the files of lib/effects/ share, one file a kind; internal to lib/.
  *
  * A kind's file is its only place in C: lib/effects/NAME.c defines `const tl_effect_kind tl_effect_NAME`, and the
- * Makefile makes the table of lib/effect.c from the folder.
+ * Makefile makes the table of lib/effect.c from the folder. It names its strengths and its shapes in two enums, each from
+ * 0: laws and columns have `shape[SPEED]`, and fill `torque[EXTRA]`; among all of an effect's values, and in the table of
+ * its parameters, a shape stands at STRENGTHS + SPEED.
  */
 #ifndef TALUS_EFFECT_KINDS_H
 #define TALUS_EFFECT_KINDS_H

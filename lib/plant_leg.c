@@ -16,20 +16,6 @@
 #include "talus/math.h"
 #include "transmission_internal.h"
 
-/* base parameters of the leg, in the order of tl_base_name */
-enum {
-  SHANK_INERTIA,
-  SHANK_MOMENT,
-  FOOT_MOMENT,
-  FOOT_INERTIA,
-  ROTOR_INERTIA,
-  KNEE_COULOMB,
-  KNEE_VISCOUS,
-  ANKLE_COULOMB,
-  ANKLE_VISCOUS,
-  BASES
-};
-
 /* the paper's ten, in its order */
 enum {
   P_MOTOR_COM,
@@ -44,6 +30,21 @@ enum {
   P_ANKLE_VISCOUS,
   PARAMETERS
 };
+
+/* columns of the knee's and of the ankle's row */
+enum {
+  K_SHANK_INERTIA,
+  K_SHANK_MOMENT,
+  K_FOOT_MOMENT,
+  K_FOOT_INERTIA,
+  K_KNEE_COULOMB,
+  K_KNEE_VISCOUS,
+  KNEE_COLUMNS,
+  K_ANKLE_COULOMB = KNEE_COLUMNS, /* only the paper's form has the ankle's friction in the knee's row */
+  K_ANKLE_VISCOUS,
+  PAPER_KNEE_COLUMNS
+};
+enum { A_FOOT_MOMENT, A_FOOT_INERTIA, A_ROTOR_INERTIA, A_ANKLE_COULOMB, A_ANKLE_VISCOUS, ANKLE_COLUMNS };
 
 /* what depends on the joint angles alone */
 typedef struct leg_pose {
@@ -119,15 +120,15 @@ static inline void base_at(const tl_model *m, const double *p, double *base) {
   double shank = m->shank_mass_kg * p[P_SHANK_COM], motor = m->ankle_motor_mass_kg * p[P_MOTOR_COM];
   double foot = m->foot_mass_kg * p[P_FOOT_COM];
 
-  base[SHANK_INERTIA] = p[P_SHANK_INERTIA] + shank * p[P_SHANK_COM] + motor * p[P_MOTOR_COM];
-  base[SHANK_MOMENT] = shank + motor;
-  base[FOOT_MOMENT] = foot;
-  base[FOOT_INERTIA] = p[P_FOOT_INERTIA] + foot * p[P_FOOT_COM];
-  base[ROTOR_INERTIA] = p[P_ROTOR_INERTIA];
-  base[KNEE_COULOMB] = p[P_KNEE_COULOMB];
-  base[KNEE_VISCOUS] = p[P_KNEE_VISCOUS];
-  base[ANKLE_COULOMB] = p[P_ANKLE_COULOMB];
-  base[ANKLE_VISCOUS] = p[P_ANKLE_VISCOUS];
+  base[TL_LEG_SHANK_INERTIA] = p[P_SHANK_INERTIA] + shank * p[P_SHANK_COM] + motor * p[P_MOTOR_COM];
+  base[TL_LEG_SHANK_MOMENT] = shank + motor;
+  base[TL_LEG_FOOT_MOMENT] = foot;
+  base[TL_LEG_FOOT_INERTIA] = p[P_FOOT_INERTIA] + foot * p[P_FOOT_COM];
+  base[TL_LEG_ROTOR_INERTIA] = p[P_ROTOR_INERTIA];
+  base[TL_LEG_KNEE_COULOMB] = p[P_KNEE_COULOMB];
+  base[TL_LEG_KNEE_VISCOUS] = p[P_KNEE_VISCOUS];
+  base[TL_LEG_ANKLE_COULOMB] = p[P_ANKLE_COULOMB];
+  base[TL_LEG_ANKLE_VISCOUS] = p[P_ANKLE_VISCOUS];
 }
 
 /* at the model's own parameters, without a detour through memory */
@@ -155,16 +156,17 @@ static inline double known_knee_torque(const tl_model *m, const leg_pose *p, dou
 
 static inline void joint_torques(const tl_model *m, const leg_pose *p, const tl_motion *s, double torque[2]) {
   leg_factors f = factors_at(m, p, s);
-  double b[BASES], ankle_friction, foot_turning;
+  double b[TL_LEG_BASES], ankle_friction, foot_turning;
 
   base_values(m, b);
-  ankle_friction = b[ANKLE_COULOMB] * s->slip[1] + b[ANKLE_VISCOUS] * f.ankle_speed;
-  foot_turning = b[FOOT_INERTIA] * f.foot_acceleration;
-  torque[0] = b[SHANK_INERTIA] * s->a[0] + b[SHANK_MOMENT] * p->gravity_shank +
-              b[FOOT_MOMENT] * f.foot_moment_knee + foot_turning + b[KNEE_COULOMB] * s->slip[0] +
-              b[KNEE_VISCOUS] * s->v[0] + f.ankle_in_knee * ankle_friction + known_knee_torque(m, p, s->a[0]);
-  torque[1] =
-      b[FOOT_MOMENT] * f.foot_moment_ankle + foot_turning + b[ROTOR_INERTIA] * f.rotor + ankle_friction;
+  ankle_friction = b[TL_LEG_ANKLE_COULOMB] * s->slip[1] + b[TL_LEG_ANKLE_VISCOUS] * f.ankle_speed;
+  foot_turning = b[TL_LEG_FOOT_INERTIA] * f.foot_acceleration;
+  torque[0] = b[TL_LEG_SHANK_INERTIA] * s->a[0] + b[TL_LEG_SHANK_MOMENT] * p->gravity_shank +
+              b[TL_LEG_FOOT_MOMENT] * f.foot_moment_knee + foot_turning +
+              b[TL_LEG_KNEE_COULOMB] * s->slip[0] + b[TL_LEG_KNEE_VISCOUS] * s->v[0] +
+              f.ankle_in_knee * ankle_friction + known_knee_torque(m, p, s->a[0]);
+  torque[1] = b[TL_LEG_FOOT_MOMENT] * f.foot_moment_ankle + foot_turning + b[TL_LEG_ROTOR_INERTIA] * f.rotor +
+              ankle_friction;
 }
 
 static void inverse(const tl_model *m, const tl_motion *motion, double torque[TL_MAX_JOINTS]) {
@@ -177,14 +179,14 @@ static void inverse(const tl_model *m, const tl_motion *motion, double torque[TL
 }
 
 static void matrix_at(const tl_model *m, const leg_pose *p, double matrix[4]) {
-  double b[BASES], foot_coupling;
+  double b[TL_LEG_BASES], foot_coupling;
 
   base_values(m, b);
-  foot_coupling = b[FOOT_MOMENT] * p->ls_cos;
-  matrix[3] = b[FOOT_INERTIA] + b[ROTOR_INERTIA] * (p->ratio[1] * p->ratio[1]);
-  matrix[1] = matrix[2] = b[FOOT_INERTIA] + foot_coupling;
-  matrix[0] = b[SHANK_INERTIA] + m->foot_mass_kg * (m->shank_length_m * m->shank_length_m) + b[FOOT_INERTIA] +
-              2.0 * foot_coupling;
+  foot_coupling = b[TL_LEG_FOOT_MOMENT] * p->ls_cos;
+  matrix[3] = b[TL_LEG_FOOT_INERTIA] + b[TL_LEG_ROTOR_INERTIA] * (p->ratio[1] * p->ratio[1]);
+  matrix[1] = matrix[2] = b[TL_LEG_FOOT_INERTIA] + foot_coupling;
+  matrix[0] = b[TL_LEG_SHANK_INERTIA] + m->foot_mass_kg * (m->shank_length_m * m->shank_length_m) +
+              b[TL_LEG_FOOT_INERTIA] + 2.0 * foot_coupling;
 }
 
 static void inertia_matrix(const tl_model *m, const double q[TL_MAX_JOINTS], double *matrix) {
@@ -223,15 +225,15 @@ static void ratios(const tl_model *m, const double q[TL_MAX_JOINTS], double rati
 }
 
 static double potential(const tl_model *m, const double q[TL_MAX_JOINTS]) {
-  double b[BASES], half_s, half_f, c;
+  double b[TL_LEG_BASES], half_s, half_f, c;
 
   /* 1 - cos x = 2 sin^2(x / 2) keeps its digits near 0 */
   base_values(m, b);
   tl_sincos_inline(0.5 * q[0], &half_s, &c);
   tl_sincos_inline(0.5 * (q[0] + q[1]), &half_f, &c);
   return 2.0 * m->gravity_m_s2 *
-         ((b[SHANK_MOMENT] + m->foot_mass_kg * m->shank_length_m) * (half_s * half_s) +
-          b[FOOT_MOMENT] * (half_f * half_f));
+         ((b[TL_LEG_SHANK_MOMENT] + m->foot_mass_kg * m->shank_length_m) * (half_s * half_s) +
+          b[TL_LEG_FOOT_MOMENT] * (half_f * half_f));
 }
 
 /* ---- regressor ----------------------------------------------------------- */
@@ -242,19 +244,19 @@ static inline void put_row(const tl_model *m, const leg_pose *p, const tl_motion
   leg_factors f = factors_at(m, p, s);
   double per_knee = 1.0 / p->ratio[0], per_ankle = 1.0 / p->ratio[1];
 
-  knee[0 * stride] = s->a[0] * per_knee;
-  knee[1 * stride] = p->gravity_shank * per_knee;
-  knee[2 * stride] = f.foot_moment_knee * per_knee;
-  knee[3 * stride] = f.foot_acceleration * per_knee;
-  knee[4 * stride] = s->slip[0] * per_knee;
-  knee[5 * stride] = s->v[0] * per_knee;
-  knee[6 * stride] = f.ankle_in_knee * s->slip[1] * per_knee;
-  knee[7 * stride] = f.ankle_in_knee * f.ankle_speed * per_knee;
-  ankle[0 * stride] = f.foot_moment_ankle * per_ankle;
-  ankle[1 * stride] = f.foot_acceleration * per_ankle;
-  ankle[2 * stride] = f.rotor * per_ankle;
-  ankle[3 * stride] = s->slip[1] * per_ankle;
-  ankle[4 * stride] = f.ankle_speed * per_ankle;
+  knee[K_SHANK_INERTIA * stride] = s->a[0] * per_knee;
+  knee[K_SHANK_MOMENT * stride] = p->gravity_shank * per_knee;
+  knee[K_FOOT_MOMENT * stride] = f.foot_moment_knee * per_knee;
+  knee[K_FOOT_INERTIA * stride] = f.foot_acceleration * per_knee;
+  knee[K_KNEE_COULOMB * stride] = s->slip[0] * per_knee;
+  knee[K_KNEE_VISCOUS * stride] = s->v[0] * per_knee;
+  knee[K_ANKLE_COULOMB * stride] = f.ankle_in_knee * s->slip[1] * per_knee;
+  knee[K_ANKLE_VISCOUS * stride] = f.ankle_in_knee * f.ankle_speed * per_knee;
+  ankle[A_FOOT_MOMENT * stride] = f.foot_moment_ankle * per_ankle;
+  ankle[A_FOOT_INERTIA * stride] = f.foot_acceleration * per_ankle;
+  ankle[A_ROTOR_INERTIA * stride] = f.rotor * per_ankle;
+  ankle[A_ANKLE_COULOMB * stride] = s->slip[1] * per_ankle;
+  ankle[A_ANKLE_VISCOUS * stride] = f.ankle_speed * per_ankle;
   *knee_known = known_knee_torque(m, p, s->a[0]) * per_knee;
 }
 
@@ -329,12 +331,12 @@ static const tl_parameter leg_parameter[PARAMETERS] = {
     [P_ANKLE_VISCOUS] = {"ankle_viscous_Nms_rad", TL_DRIVE_OFFSET(1, viscous_Nms_rad), 0.0, 0, 0},
 };
 
-static const char *const leg_base[BASES] = {
-    [SHANK_INERTIA] = "shank_inertia",       [SHANK_MOMENT] = "shank_moment",
-    [FOOT_MOMENT] = "foot_moment",           [FOOT_INERTIA] = "foot_inertia",
-    [ROTOR_INERTIA] = "ankle_rotor_inertia", [KNEE_COULOMB] = "knee_coulomb",
-    [KNEE_VISCOUS] = "knee_viscous",         [ANKLE_COULOMB] = "ankle_coulomb",
-    [ANKLE_VISCOUS] = "ankle_viscous",
+static const char *const leg_base[TL_LEG_BASES] = {
+    [TL_LEG_SHANK_INERTIA] = "shank_inertia",       [TL_LEG_SHANK_MOMENT] = "shank_moment",
+    [TL_LEG_FOOT_MOMENT] = "foot_moment",           [TL_LEG_FOOT_INERTIA] = "foot_inertia",
+    [TL_LEG_ROTOR_INERTIA] = "ankle_rotor_inertia", [TL_LEG_KNEE_COULOMB] = "knee_coulomb",
+    [TL_LEG_KNEE_VISCOUS] = "knee_viscous",         [TL_LEG_ANKLE_COULOMB] = "ankle_coulomb",
+    [TL_LEG_ANKLE_VISCOUS] = "ankle_viscous",
 };
 
 static void leg_base_at(const tl_model *m, const double *p, double *base) {
@@ -343,28 +345,35 @@ static void leg_base_at(const tl_model *m, const double *p, double *base) {
 
 static void leg_base_jacobian(const tl_model *m, double *jacobian) {
 #define J(base, parameter) jacobian[(base)*PARAMETERS + (parameter)]
-  J(SHANK_INERTIA, P_SHANK_INERTIA) = 1.0;
-  J(SHANK_INERTIA, P_SHANK_COM) = 2.0 * m->shank_mass_kg * m->shank_com_m;
-  J(SHANK_INERTIA, P_MOTOR_COM) = 2.0 * m->ankle_motor_mass_kg * m->ankle_motor_com_m;
-  J(SHANK_MOMENT, P_SHANK_COM) = m->shank_mass_kg;
-  J(SHANK_MOMENT, P_MOTOR_COM) = m->ankle_motor_mass_kg;
-  J(FOOT_MOMENT, P_FOOT_COM) = m->foot_mass_kg;
-  J(FOOT_INERTIA, P_FOOT_INERTIA) = 1.0;
-  J(FOOT_INERTIA, P_FOOT_COM) = 2.0 * m->foot_mass_kg * m->foot_com_m;
-  J(ROTOR_INERTIA, P_ROTOR_INERTIA) = 1.0;
-  J(KNEE_COULOMB, P_KNEE_COULOMB) = 1.0;
-  J(KNEE_VISCOUS, P_KNEE_VISCOUS) = 1.0;
-  J(ANKLE_COULOMB, P_ANKLE_COULOMB) = 1.0;
-  J(ANKLE_VISCOUS, P_ANKLE_VISCOUS) = 1.0;
+  J(TL_LEG_SHANK_INERTIA, P_SHANK_INERTIA) = 1.0;
+  J(TL_LEG_SHANK_INERTIA, P_SHANK_COM) = 2.0 * m->shank_mass_kg * m->shank_com_m;
+  J(TL_LEG_SHANK_INERTIA, P_MOTOR_COM) = 2.0 * m->ankle_motor_mass_kg * m->ankle_motor_com_m;
+  J(TL_LEG_SHANK_MOMENT, P_SHANK_COM) = m->shank_mass_kg;
+  J(TL_LEG_SHANK_MOMENT, P_MOTOR_COM) = m->ankle_motor_mass_kg;
+  J(TL_LEG_FOOT_MOMENT, P_FOOT_COM) = m->foot_mass_kg;
+  J(TL_LEG_FOOT_INERTIA, P_FOOT_INERTIA) = 1.0;
+  J(TL_LEG_FOOT_INERTIA, P_FOOT_COM) = 2.0 * m->foot_mass_kg * m->foot_com_m;
+  J(TL_LEG_ROTOR_INERTIA, P_ROTOR_INERTIA) = 1.0;
+  J(TL_LEG_KNEE_COULOMB, P_KNEE_COULOMB) = 1.0;
+  J(TL_LEG_KNEE_VISCOUS, P_KNEE_VISCOUS) = 1.0;
+  J(TL_LEG_ANKLE_COULOMB, P_ANKLE_COULOMB) = 1.0;
+  J(TL_LEG_ANKLE_VISCOUS, P_ANKLE_VISCOUS) = 1.0;
 #undef J
 }
 
 static int leg_row_index(const tl_model *m, int joint, int *index) {
-  static const int knee[] = {SHANK_INERTIA, SHANK_MOMENT, FOOT_MOMENT,   FOOT_INERTIA,
-                             KNEE_COULOMB,  KNEE_VISCOUS, ANKLE_COULOMB, ANKLE_VISCOUS};
-  static const int ankle[] = {FOOT_MOMENT, FOOT_INERTIA, ROTOR_INERTIA, ANKLE_COULOMB, ANKLE_VISCOUS};
-  /* the ankle's frictions come last in the knee's row: only the paper's form has them there */
-  int n = joint ? 5 : m->form == TL_FORM_PAPER ? 8 : 6, i;
+  static const int knee[PAPER_KNEE_COLUMNS] = {
+      [K_SHANK_INERTIA] = TL_LEG_SHANK_INERTIA, [K_SHANK_MOMENT] = TL_LEG_SHANK_MOMENT,
+      [K_FOOT_MOMENT] = TL_LEG_FOOT_MOMENT,     [K_FOOT_INERTIA] = TL_LEG_FOOT_INERTIA,
+      [K_KNEE_COULOMB] = TL_LEG_KNEE_COULOMB,   [K_KNEE_VISCOUS] = TL_LEG_KNEE_VISCOUS,
+      [K_ANKLE_COULOMB] = TL_LEG_ANKLE_COULOMB, [K_ANKLE_VISCOUS] = TL_LEG_ANKLE_VISCOUS,
+  };
+  static const int ankle[ANKLE_COLUMNS] = {
+      [A_FOOT_MOMENT] = TL_LEG_FOOT_MOMENT,     [A_FOOT_INERTIA] = TL_LEG_FOOT_INERTIA,
+      [A_ROTOR_INERTIA] = TL_LEG_ROTOR_INERTIA, [A_ANKLE_COULOMB] = TL_LEG_ANKLE_COULOMB,
+      [A_ANKLE_VISCOUS] = TL_LEG_ANKLE_VISCOUS,
+  };
+  int n = joint ? ANKLE_COLUMNS : m->form == TL_FORM_PAPER ? PAPER_KNEE_COLUMNS : KNEE_COLUMNS, i;
 
   for (i = 0; i < n; i++) index[i] = joint ? ankle[i] : knee[i];
   return n;
@@ -435,7 +444,7 @@ const tl_plant_table tl_plant_leg = {
     .parameter = leg_parameter,
     .parameters = PARAMETERS,
     .base = leg_base,
-    .bases = BASES,
+    .bases = TL_LEG_BASES,
     .base_at = leg_base_at,
     .base_jacobian = leg_base_jacobian,
     .inverse = inverse,

@@ -56,8 +56,9 @@ static const tl_parameter parameter[PARAMETERS] = {
     [P_VISCOUS] = {"viscous_Nms_rad", TL_DRIVE_OFFSET(0, viscous_Nms_rad), 0.0, 0, 0},
 };
 
-static const char *const base_name[BASES] = {"inertia",       "gravity_sin", "gravity_cos",
-                                             "torque_offset", "coulomb",     "viscous"};
+static const char *const base_name[BASES] = {
+    [INERTIA] = "inertia",      [GRAVITY_SIN] = "gravity_sin", [GRAVITY_COS] = "gravity_cos",
+    [OFFSET] = "torque_offset", [COULOMB] = "coulomb",         [VISCOUS] = "viscous"};
 
 static void base_at(const tl_model *m, const double *p, double *base) {
   double s, c;

@@ -30,7 +30,8 @@ static const tl_parameter parameter[PARAMETERS] = {
     [OFFSET] = {"force_offset_N", offsetof(tl_model, force_offset_N), TL_UNBOUNDED, 0, 0},
 };
 
-static const char *const base_name[PARAMETERS] = {"mass", "coulomb", "viscous", "force_offset"};
+static const char *const base_name[PARAMETERS] = {
+    [MASS] = "mass", [COULOMB] = "coulomb", [VISCOUS] = "viscous", [OFFSET] = "force_offset"};
 
 static void base_at(const tl_model *m, const double *p, double *base) {
   int i;

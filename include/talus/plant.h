@@ -254,9 +254,22 @@ const tl_parameter *tl_parameters(const tl_model *m, int *n);
 void tl_parameters_get(const tl_model *m, double *p);
 void tl_parameters_set(tl_model *m, const double *p);
 
+/* The leg's base parameters, by number. */
+enum {
+  TL_LEG_SHANK_INERTIA, /* I1 + ms ds^2 + mm dma^2 */
+  TL_LEG_SHANK_MOMENT,  /* ms ds + mm dma */
+  TL_LEG_FOOT_MOMENT,   /* mf df */
+  TL_LEG_FOOT_INERTIA,  /* If + mf df^2 */
+  TL_LEG_ROTOR_INERTIA, /* of the ankle's motor */
+  TL_LEG_KNEE_COULOMB,
+  TL_LEG_KNEE_VISCOUS,
+  TL_LEG_ANKLE_COULOMB,
+  TL_LEG_ANKLE_VISCOUS,
+  TL_LEG_BASES
+};
+
 /* Base (linear) parameters: number, name, and value at the model's physical ones.
- *   leg       shank_inertia = I1 + ms ds^2 + mm dma^2, shank_moment = ms ds + mm dma,
- *             foot_moment = mf df, foot_inertia = If + mf df^2, ankle_rotor_inertia,
+ *   leg       TL_LEG_...: shank_inertia, shank_moment, foot_moment, foot_inertia, ankle_rotor_inertia,
  *             knee_coulomb, knee_viscous, ankle_coulomb, ankle_viscous
  *   pendulum  inertia, gravity_sin = moment cos(zero), gravity_cos = -moment sin(zero),
  *             torque_offset, coulomb, viscous

@@ -3,13 +3,15 @@
 
 #include <math.h>
 
+enum { COULOMB, VISCOUS, STRENGTHS };
+
 static void law(const tl_effect_instant *now, const double *shape, double *torque, double *friction) {
   (void)shape;
   /* half the difference between the directions: F+ = F + d, F- = F - d */
-  torque[0] = 0.0;
-  friction[0] = now->slip;
-  torque[1] = fabs(now->v);
-  friction[1] = 0.0;
+  torque[COULOMB] = 0.0;
+  friction[COULOMB] = now->slip;
+  torque[VISCOUS] = fabs(now->v);
+  friction[VISCOUS] = 0.0;
 }
 
 const tl_effect_kind tl_effect_asymmetric_friction = {
@@ -20,9 +22,9 @@ const tl_effect_kind tl_effect_asymmetric_friction = {
     .acts = TL_EFFECT_MECHANICAL,
     .dry = 1,
     .needs_load_sensor = 0,
-    .strengths = 2,
+    .strengths = STRENGTHS,
     .shapes = 0,
-    .parameter = {{"coulomb_Nm", -100.0, 100.0, 0.2, 0, 0.0},
-                  {"viscous_Nms_rad", -1000.0, 1000.0, 0.1, 0, 0.0}},
+    .parameter = {[COULOMB] = {"coulomb_Nm", -100.0, 100.0, 0.2, 0, 0.0},
+                  [VISCOUS] = {"viscous_Nms_rad", -1000.0, 1000.0, 0.1, 0, 0.0}},
     .law = law,
 };

@@ -1,23 +1,34 @@
 /* backlash.c: lost motion between motor and joint: a dead zone before the teeth meet */
 #include "../effect_columns.h"
 
+enum { SHARE, STRENGTHS };
+enum { GAP, STIFFNESS, DAMPING, FRICTION_SHARE, VISCOUS_SHARE, MOTOR_SHARE, DRAG, SHAPES };
+
 #define DAMPING_S 1e-3 /* of the teeth in contact: their damping over their stiffness */
 
 static void change(const double *value, tl_effect_change *to) {
-  if (!(value[0] * value[1] > 0.0)) return;
-  to->gap_rad += value[0] * value[1];
-  to->compliance_rad_Nm += 1.0 / value[2];
-  if (value[3] > to->damping_s) to->damping_s = value[3];
-  if (value[4] > to->friction_share) to->friction_share = value[4];
-  if (value[5] > to->viscous_share) to->viscous_share = value[5];
-  to->motor_share = value[6];
-  to->drag_Nm += value[7];
+  const double *shape = value + STRENGTHS;
+
+  if (!(value[SHARE] * shape[GAP] > 0.0)) return;
+  to->gap_rad += value[SHARE] * shape[GAP];
+  to->compliance_rad_Nm += 1.0 / shape[STIFFNESS];
+  if (shape[DAMPING] > to->damping_s) to->damping_s = shape[DAMPING];
+  if (shape[FRICTION_SHARE] > to->friction_share) to->friction_share = shape[FRICTION_SHARE];
+  if (shape[VISCOUS_SHARE] > to->viscous_share) to->viscous_share = shape[VISCOUS_SHARE];
+  to->motor_share = shape[MOTOR_SHARE];
+  to->drag_Nm += shape[DRAG];
 }
 
 /* the joint swings between the teeth under the load of its motor's motion, half the gap to each side */
 static void columns(tl_effect_prepared *p, int joint, const double *shape, const tl_effect_wanted *wanted) {
-  tl_flexible_joint link = {shape[1], shape[0], shape[2], shape[3], shape[4],
-                            shape[5], 0.0,      1.0,      0.0,      shape[6]};
+  tl_flexible_joint link = {.stiffness_Nm_rad = shape[STIFFNESS],
+                            .gap_rad = shape[GAP],
+                            .damping_s = shape[DAMPING],
+                            .friction_share = shape[FRICTION_SHARE],
+                            .viscous_share = shape[VISCOUS_SHARE],
+                            .motor_share = shape[MOTOR_SHARE],
+                            .soft_share = 1.0,
+                            .drag_Nm = shape[DRAG]};
 
   tl_columns_link(p, &link, joint, wanted);
 }
@@ -29,18 +40,21 @@ const tl_effect_kind tl_effect_backlash = {
     .places = TL_EFFECT_AT_JOINTS,
     .acts = TL_EFFECT_CHANGE,
     .once = 1,
-    .strengths = 1,
-    .shapes = 7,
-    .parameter = {{"share", 0.0, 2.0, 1.0, 0, 0.0}, /* of the lost motion; 1 for what the gap says */
-                  {"gap_rad", 1e-4, 0.1, 0.004, 0, 0.0},
-                  {"stiffness_Nm_rad", 100.0, 100000.0, 3000.0, 0, 0.0},
-                  {"damping_s", 0.0, 2.0, DAMPING_S, TL_DEFAULT(DAMPING_S)},
-                  {"friction_share", 0.0, 1.0, 0.0,
-                   TL_DEFAULT(0.0)}, /* beyond the gap, of the dry friction */
-                  {"viscous_share", 0.0, 1.0, 0.0, TL_DEFAULT(0.0)},
-                  {"motor_share", 0.02, 0.9, TL_EFFECT_MOTOR_SHARE, TL_DEFAULT(TL_EFFECT_MOTOR_SHARE)},
-                  {"drag_Nm", 0.0, 100.0, 0.0,
-                   TL_DEFAULT(0.0)}}, /* friction between motor and joint in the gap */
+    .strengths = STRENGTHS,
+    .shapes = SHAPES,
+    .parameter =
+        {/* of the lost motion; 1 for what the gap says */
+         [SHARE] = {"share", 0.0, 2.0, 1.0, 0, 0.0},
+         [STRENGTHS + GAP] = {"gap_rad", 1e-4, 0.1, 0.004, 0, 0.0},
+         [STRENGTHS + STIFFNESS] = {"stiffness_Nm_rad", 100.0, 100000.0, 3000.0, 0, 0.0},
+         [STRENGTHS + DAMPING] = {"damping_s", 0.0, 2.0, DAMPING_S, TL_DEFAULT(DAMPING_S)},
+         /* beyond the gap, of the dry friction */
+         [STRENGTHS + FRICTION_SHARE] = {"friction_share", 0.0, 1.0, 0.0, TL_DEFAULT(0.0)},
+         [STRENGTHS + VISCOUS_SHARE] = {"viscous_share", 0.0, 1.0, 0.0, TL_DEFAULT(0.0)},
+         [STRENGTHS + MOTOR_SHARE] = {"motor_share", 0.02, 0.9, TL_EFFECT_MOTOR_SHARE,
+                                      TL_DEFAULT(TL_EFFECT_MOTOR_SHARE)},
+         /* friction between motor and joint in the gap */
+         [STRENGTHS + DRAG] = {"drag_Nm", 0.0, 100.0, 0.0, TL_DEFAULT(0.0)}},
     .change = change,
     .columns = columns,
     .memory_s = 2.0,

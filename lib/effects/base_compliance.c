@@ -5,18 +5,24 @@
 
 #include "talus/math.h"
 
+enum { TURN, SWAY, RISE, STRENGTHS };
+enum { FREQUENCY, DAMPING, SHAPES };
+
 static void change(const double *value, tl_effect_change *to) {
-  static const tl_mount_mode mode[3] = {TL_MOUNT_TURNS, TL_MOUNT_SWAYS, TL_MOUNT_RISES};
+  static const tl_mount_mode mode[STRENGTHS] = {
+      [TURN] = TL_MOUNT_TURNS, [SWAY] = TL_MOUNT_SWAYS, [RISE] = TL_MOUNT_RISES};
+  const double *shape = value + STRENGTHS;
   int k;
 
-  for (k = 0; k < 3; k++) tl_effect_add_mount(to, mode[k], value[k], value[3], value[4]);
+  for (k = 0; k < STRENGTHS; k++)
+    tl_effect_add_mount(to, mode[k], value[k], shape[FREQUENCY], shape[DAMPING]);
 }
 
 /* x'' + 2 d w x' + w^2 x = -w^2 drive: x in shift[0], its rates in the others */
 static void swing(const tl_effect_segment *s, const double *shape, const double *drive,
                   double *const shift[3]) {
-  double w = 2.0 * TL_PI * shape[0], x, v = 0.0;
-  tl_columns_spring spring = {1.0 / (w * w), 1.0, 2.0 * shape[1] / w};
+  double w = 2.0 * TL_PI * shape[FREQUENCY], x, v = 0.0;
+  tl_columns_spring spring = {1.0 / (w * w), 1.0, 2.0 * shape[DAMPING] / w};
   tl_columns_swing mount = tl_columns_swing_of(spring);
   size_t i;
 
@@ -38,8 +44,8 @@ static void turn(tl_effect_prepared *p, const double *shape, double *const shift
 
   swing(p->segment, shape, tl_columns_load(p, 0), shift);
   for (j = 0; j < tl_joint_count(p->segment->model); j++)
-    if ((column = tl_columns_of(p, wanted, j, 0))) tl_columns_add_shift(p, 0, shift, j, column);
-  if ((column = tl_columns_of(p, wanted, TL_EFFECT_SHOWS_SHANK, 0)))
+    if ((column = tl_columns_of(p, wanted, j, TURN))) tl_columns_add_shift(p, 0, shift, j, column);
+  if ((column = tl_columns_of(p, wanted, TL_EFFECT_SHOWS_SHANK, TURN)))
     memcpy(column, shift[0], p->segment->n * sizeof *column);
 }
 
@@ -52,7 +58,7 @@ static void move(tl_effect_prepared *p, const double *shape, int up, double *con
 
   swing(p->segment, shape, mount[up], shift);
   for (j = 0; j < TL_MAX_JOINTS; j++) {
-    if (!(column = tl_columns_of(p, wanted, j, 1 + up))) continue;
+    if (!(column = tl_columns_of(p, wanted, j, up ? RISE : SWAY))) continue;
     for (i = 0; i < p->segment->n; i++)
       column[i] += shift[2][i] * (mount[4 + !up][i] + (j == 0 ? mount[2 + !up][i] : 0.0));
   }
@@ -64,9 +70,9 @@ static void columns(tl_effect_prepared *p, int joint, const double *shape, const
   int up;
 
   (void)joint;
-  if (tl_columns_wants(wanted, 1u)) turn(p, shape, shift, wanted);
+  if (tl_columns_wants(wanted, 1u << TURN)) turn(p, shape, shift, wanted);
   for (up = 0; up < 2; up++)
-    if (tl_columns_wants(wanted, 2u << up)) move(p, shape, up, shift, wanted);
+    if (tl_columns_wants(wanted, 1u << (up ? RISE : SWAY))) move(p, shape, up, shift, wanted);
 }
 
 const tl_effect_kind tl_effect_base_compliance = {
@@ -75,13 +81,13 @@ const tl_effect_kind tl_effect_base_compliance = {
     .meaning = "the mount turns, sways or rises on its own spring",
     .places = TL_EFFECT_AT_BASE,
     .acts = TL_EFFECT_CHANGE,
-    .strengths = 3,
-    .shapes = 2,
-    .parameter = {{"compliance_rad_Nm", 0.0, 0.05, 0.001, 0, 0.0},
-                  {"sway_m_N", 0.0, 0.05, 0.0, TL_DEFAULT(0.0)},
-                  {"rise_m_N", 0.0, 0.05, 0.0, TL_DEFAULT(0.0)},
-                  {"frequency_Hz", 1.0, 40.0, 8.0, 0, 0.0},
-                  {"damping_ratio", 0.005, 1.0, 0.05, 0, 0.0}},
+    .strengths = STRENGTHS,
+    .shapes = SHAPES,
+    .parameter = {[TURN] = {"compliance_rad_Nm", 0.0, 0.05, 0.001, 0, 0.0},
+                  [SWAY] = {"sway_m_N", 0.0, 0.05, 0.0, TL_DEFAULT(0.0)},
+                  [RISE] = {"rise_m_N", 0.0, 0.05, 0.0, TL_DEFAULT(0.0)},
+                  [STRENGTHS + FREQUENCY] = {"frequency_Hz", 1.0, 40.0, 8.0, 0, 0.0},
+                  [STRENGTHS + DAMPING] = {"damping_ratio", 0.005, 1.0, 0.05, 0, 0.0}},
     .change = change,
     .columns = columns,
     .memory_s = 1.5,

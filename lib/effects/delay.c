@@ -1,11 +1,14 @@
 /* delay.c: currents that are sampled later than the angles, or both later than a sensor at the output */
 #include "../effect_columns.h"
 
+enum { DELAY, STRENGTHS };
+enum { ANGLES_TOO, NEAR, SHAPES };
+
 static void change(const double *value, tl_effect_change *to) {
-  if (value[1] == 0.0)
-    to->delay_s += value[0];
+  if (value[STRENGTHS + ANGLES_TOO] == 0.0)
+    to->delay_s += value[DELAY];
   else
-    to->telemetry_delay_s += value[0];
+    to->telemetry_delay_s += value[DELAY];
 }
 
 /* x at an instant, between the rows about it; the ends hold. *at is where the last one was found. */
@@ -29,16 +32,16 @@ static double late(const tl_effect_segment *s, const double *x, size_t i, double
 static void columns(tl_effect_prepared *p, int joint, const double *shape, const tl_effect_wanted *wanted) {
   const tl_effect_segment *s = p->segment;
   const double *motor = tl_columns_motor_torque(p, joint), *ratio = p->ratio[joint];
-  double *column = tl_columns_of(p, wanted, joint, 0), *late_Nm = p->work;
+  double *column = tl_columns_of(p, wanted, joint, DELAY), *late_Nm = p->work;
   size_t i, at = 0;
 
-  if (!column || s->n < 2 || (shape[0] != 0.0 && !s->effort_Nm)) return;
+  if (!column || s->n < 2 || (shape[ANGLES_TOO] != 0.0 && !s->effort_Nm)) return;
   for (i = 0; i < s->n; i++) late_Nm[i] = motor[i];
   for (i = 0; s->effort_Nm && i < s->n; i++)
-    late_Nm[i] = shape[0] == 0.0 ? s->effort_Nm[i] : s->effort_Nm[i] - ratio[i] * motor[i];
+    late_Nm[i] = shape[ANGLES_TOO] == 0.0 ? s->effort_Nm[i] : s->effort_Nm[i] - ratio[i] * motor[i];
   for (i = 0; i < s->n; i++)
-    column[i] =
-        s->effort_Nm ? late(s, late_Nm, i, -shape[1], &at) : ratio[i] * late(s, late_Nm, i, shape[1], &at);
+    column[i] = s->effort_Nm ? late(s, late_Nm, i, -shape[NEAR], &at)
+                             : ratio[i] * late(s, late_Nm, i, shape[NEAR], &at);
 }
 
 const tl_effect_kind tl_effect_delay = {
@@ -47,13 +50,13 @@ const tl_effect_kind tl_effect_delay = {
     .meaning = "currents and angles sampled at different instants",
     .places = TL_EFFECT_AT_JOINTS,
     .acts = TL_EFFECT_CHANGE,
-    .strengths = 1,
-    .shapes = 2,
-    .parameter = {{"delay_s", -0.02, 0.02, 0.004, 0, 0.0}, /* positive: the current is later */
+    .strengths = STRENGTHS,
+    .shapes = SHAPES,
+    .parameter = {[DELAY] = {"delay_s", -0.02, 0.02, 0.004, 0, 0.0}, /* positive: the current is later */
                   /* 1: the angles, too, which only a sensor at the output tells */
-                  {"angles_too", 0.0, 1.0, 0.0, TL_FIT_ONLY(0.0)},
+                  [STRENGTHS + ANGLES_TOO] = {"angles_too", 0.0, 1.0, 0.0, TL_FIT_ONLY(0.0)},
                   /* the delay that the column is a secant to; 0: the slope. Of the fit alone. */
-                  {"near_s", -0.02, 0.02, 0.0, TL_DEFAULT(0.0)}},
+                  [STRENGTHS + NEAR] = {"near_s", -0.02, 0.02, 0.0, TL_DEFAULT(0.0)}},
     .change = change,
     .columns = columns,
     .memory_s = 0.02,

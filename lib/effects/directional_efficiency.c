@@ -3,14 +3,17 @@
 
 #include <math.h>
 
+enum { DRIVING, BACK_DRIVING, STRENGTHS };
+enum { ROTOR_SHARE, FRICTION_SHARE, SHAPES };
+
 static void law(const tl_effect_instant *now, const double *shape, double *torque, double *friction) {
-  double load = tl_effect_load(now, shape[0], shape[1]);
+  double load = tl_effect_load(now, shape[ROTOR_SHARE], shape[FRICTION_SHARE]);
   int driving = load * now->slip > 0.0;
 
   load = fabs(load);
-  torque[0] = torque[1] = 0.0;
-  friction[0] = driving ? load : 0.0;
-  friction[1] = driving ? 0.0 : load;
+  torque[DRIVING] = torque[BACK_DRIVING] = 0.0;
+  friction[DRIVING] = driving ? load : 0.0;
+  friction[BACK_DRIVING] = driving ? 0.0 : load;
 }
 
 const tl_effect_kind tl_effect_directional_efficiency = {
@@ -21,12 +24,12 @@ const tl_effect_kind tl_effect_directional_efficiency = {
     .acts = TL_EFFECT_MECHANICAL,
     .dry = 1,
     .needs_load_sensor = 0,
-    .rotor_share = 2,
-    .strengths = 2,
-    .shapes = 2,
-    .parameter = {{"driving", 0.0, 0.6, 0.15, 0, 0.0},
-                  {"back_driving", 0.0, 0.6, 0.05, 0, 0.0},
-                  {"rotor_share", 0.0, 1.0, 1.0, TL_DEFAULT(1.0)},
-                  {"friction_share", 0.0, 1.0, 0.0, TL_DEFAULT(0.0)}},
+    .rotor_share = STRENGTHS + ROTOR_SHARE,
+    .strengths = STRENGTHS,
+    .shapes = SHAPES,
+    .parameter = {[DRIVING] = {"driving", 0.0, 0.6, 0.15, 0, 0.0},
+                  [BACK_DRIVING] = {"back_driving", 0.0, 0.6, 0.05, 0, 0.0},
+                  [STRENGTHS + ROTOR_SHARE] = {"rotor_share", 0.0, 1.0, 1.0, TL_DEFAULT(1.0)},
+                  [STRENGTHS + FRICTION_SHARE] = {"friction_share", 0.0, 1.0, 0.0, TL_DEFAULT(0.0)}},
     .law = law,
 };

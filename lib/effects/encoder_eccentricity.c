@@ -3,9 +3,14 @@
 
 #include "talus/math.h"
 
+enum { MOTOR_SINE, MOTOR_COSINE, JOINT_SINE, JOINT_COSINE, STRENGTHS };
+enum { MOTOR_PER_TURN, JOINT_PER_TURN, SHAPES };
+
 static void change(const double *value, tl_effect_change *to) {
-  tl_effect_add_wave(&to->motor_encoder, value[4], value[0], value[1]);
-  tl_effect_add_wave(&to->joint_encoder, value[5], value[2], value[3]);
+  const double *shape = value + STRENGTHS;
+
+  tl_effect_add_wave(&to->motor_encoder, shape[MOTOR_PER_TURN], value[MOTOR_SINE], value[MOTOR_COSINE]);
+  tl_effect_add_wave(&to->joint_encoder, shape[JOINT_PER_TURN], value[JOINT_SINE], value[JOINT_COSINE]);
 }
 
 /* The motor's encoder shows so much too much, so the joint stands that over the ratio behind what it shows.
@@ -18,21 +23,22 @@ static void of_motor(tl_effect_prepared *p, int joint, double order, int k, cons
   tl_columns_wave(p, joint, order, k, shift);
   for (i = 0; i < n; i++)
     for (d = 0; d < 3; d++) shift[d][i] /= -shift[3][i];
-  tl_columns_displaced_whole(p, joint, shift, k, wanted);
+  tl_columns_displaced_whole(p, joint, shift, MOTOR_SINE + k, wanted);
 }
 
 static void columns(tl_effect_prepared *p, int joint, const double *shape, const tl_effect_wanted *wanted) {
   const tl_effect_segment *s = p->segment;
-  double *column[2], one[2];
+  double *column[2], one[2]; /* sine, cosine */
   size_t i;
   int k;
 
   for (k = 0; k < 2; k++) {
-    if (tl_columns_wants(wanted, 1u << k)) of_motor(p, joint, shape[0], k, wanted);
-    column[k] = tl_columns_of(p, wanted, TL_EFFECT_SHOWS_ENCODER, 2 + k);
+    if (tl_columns_wants(wanted, 1u << (MOTOR_SINE + k)))
+      of_motor(p, joint, shape[MOTOR_PER_TURN], k, wanted);
+    column[k] = tl_columns_of(p, wanted, TL_EFFECT_SHOWS_ENCODER, JOINT_SINE + k);
   }
   for (i = 0; i < s->n && (column[0] || column[1]); i++) {
-    tl_sincos(shape[1] * s->q[joint][i], &one[0], &one[1]);
+    tl_sincos(shape[JOINT_PER_TURN] * s->q[joint][i], &one[0], &one[1]);
     for (k = 0; k < 2; k++)
       if (column[k]) column[k][i] = one[k];
   }
@@ -44,14 +50,14 @@ const tl_effect_kind tl_effect_encoder_eccentricity = {
     .meaning = "an encoder's error once a turn of the motor, or of the joint",
     .places = TL_EFFECT_AT_ANKLE,
     .acts = TL_EFFECT_CHANGE,
-    .strengths = 4,
-    .shapes = 2,
-    .parameter = {{"motor_sine_rad", -3.0, 3.0, 0.004, 0, 0.0},
-                  {"motor_cosine_rad", -3.0, 3.0, 0.0, 0, 0.0},
-                  {"joint_sine_rad", -0.1, 0.1, 0.004, 0, 0.0},
-                  {"joint_cosine_rad", -0.1, 0.1, 0.0, 0, 0.0},
-                  {"motor_per_turn", 1.0, 100.0, 1.0, TL_DEFAULT(1.0)},
-                  {"joint_per_turn", 1.0, 1000.0, 1.0, TL_DEFAULT(1.0)}},
+    .strengths = STRENGTHS,
+    .shapes = SHAPES,
+    .parameter = {[MOTOR_SINE] = {"motor_sine_rad", -3.0, 3.0, 0.004, 0, 0.0},
+                  [MOTOR_COSINE] = {"motor_cosine_rad", -3.0, 3.0, 0.0, 0, 0.0},
+                  [JOINT_SINE] = {"joint_sine_rad", -0.1, 0.1, 0.004, 0, 0.0},
+                  [JOINT_COSINE] = {"joint_cosine_rad", -0.1, 0.1, 0.0, 0, 0.0},
+                  [STRENGTHS + MOTOR_PER_TURN] = {"motor_per_turn", 1.0, 100.0, 1.0, TL_DEFAULT(1.0)},
+                  [STRENGTHS + JOINT_PER_TURN] = {"joint_per_turn", 1.0, 1000.0, 1.0, TL_DEFAULT(1.0)}},
     .change = change,
     .columns = columns,
 };

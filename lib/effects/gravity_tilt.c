@@ -1,10 +1,12 @@
 /* gravity_tilt.c: gravity turned by a small angle, to first order */
 #include "../effect_kinds.h"
 
+enum { TILT, STRENGTHS };
+
 static void law(const tl_effect_instant *now, const double *shape, double *torque, double *friction) {
   (void)shape;
-  torque[0] = now->gravity_tilt_Nm;
-  friction[0] = 0.0;
+  torque[TILT] = now->gravity_tilt_Nm;
+  friction[TILT] = 0.0;
 }
 
 const tl_effect_kind tl_effect_gravity_tilt = {
@@ -14,8 +16,8 @@ const tl_effect_kind tl_effect_gravity_tilt = {
     .places = TL_EFFECT_AT_BASE,
     .acts = TL_EFFECT_MECHANICAL,
     .needs_load_sensor = 0,
-    .strengths = 1,
+    .strengths = STRENGTHS,
     .shapes = 0,
-    .parameter = {{"tilt_rad", -0.3, 0.3, 0.03, 0, 0.0}},
+    .parameter = {[TILT] = {"tilt_rad", -0.3, 0.3, 0.03, 0, 0.0}},
     .law = law,
 };

@@ -4,21 +4,24 @@
 
 #include "talus/math.h"
 
+enum { SINE, COSINE, SINE_ANGLE, COSINE_ANGLE, SINE_SHARE, COSINE_SHARE, STRENGTHS };
+enum { PER_TURN, FADES, SHAPES };
+
 static void law(const tl_effect_instant *now, const double *shape, double *torque, double *friction) {
-  double shown = tl_effect_ripple_shown(now, shape[0], shape[1]);
+  double shown = tl_effect_ripple_shown(now, shape[PER_TURN], shape[FADES]);
   int k;
 
-  tl_sincos(shape[0] * now->motor_rad, &torque[0], &torque[1]);
-  for (k = 0; k < 2; k++) {
-    torque[k] *= shown;
-    torque[2 + k] = 0.0;
-    torque[4 + k] = now->load_Nm * torque[k];
+  tl_sincos(shape[PER_TURN] * now->motor_rad, &torque[SINE], &torque[COSINE]);
+  for (k = 0; k < 2; k++) { /* sine, cosine */
+    torque[SINE + k] *= shown;
+    torque[SINE_ANGLE + k] = 0.0;
+    torque[SINE_SHARE + k] = now->load_Nm * torque[SINE + k];
   }
-  for (k = 0; k < 6; k++) friction[k] = 0.0;
+  for (k = 0; k < STRENGTHS; k++) friction[k] = 0.0;
 }
 
 static void change(const double *value, tl_effect_change *to) {
-  tl_effect_add_wave(&to->ripple, value[6], value[2], value[3]);
+  tl_effect_add_wave(&to->ripple, value[STRENGTHS + PER_TURN], value[SINE_ANGLE], value[COSINE_ANGLE]);
 }
 
 /* by virtual work the motor feels the load by the slope of the angle that runs ahead, too */
@@ -42,10 +45,11 @@ static void columns(tl_effect_prepared *p, int joint, const double *shape, const
   int k;
 
   for (k = 0; k < 2; k++) {
-    if (!tl_columns_wants(wanted, 4u << k)) continue;
-    tl_columns_wave(p, joint, shape[0], k, shift);
-    tl_columns_displaced(p, joint, shift, 2 + k, wanted);
-    if ((column = tl_columns_of(p, wanted, joint, 2 + k))) add_slope(p, joint, shape[0], k, shift[3], column);
+    if (!tl_columns_wants(wanted, 1u << (SINE_ANGLE + k))) continue;
+    tl_columns_wave(p, joint, shape[PER_TURN], k, shift);
+    tl_columns_displaced(p, joint, shift, SINE_ANGLE + k, wanted);
+    if ((column = tl_columns_of(p, wanted, joint, SINE_ANGLE + k)))
+      add_slope(p, joint, shape[PER_TURN], k, shift[3], column);
   }
 }
 
@@ -56,16 +60,16 @@ const tl_effect_kind tl_effect_kinematic_error = {
     .places = TL_EFFECT_AT_KNEE | TL_EFFECT_AT_SINGLE,
     .acts = TL_EFFECT_MECHANICAL,
     .needs_load_sensor = 0,
-    .strengths = 6,
-    .shapes = 2,
-    .parameter = {{"sine_Nm", -100.0, 100.0, 0.2, 0, 0.0},
-                  {"cosine_Nm", -100.0, 100.0, 0.0, 0, 0.0},
-                  {"sine_rad", -0.1, 0.1, 0.0, TL_DEFAULT(0.0)},
-                  {"cosine_rad", -0.1, 0.1, 0.0, TL_DEFAULT(0.0)},
-                  {"sine_share", -1.0, 1.0, 0.0, TL_DEFAULT(0.0)}, /* of the load */
-                  {"cosine_share", -1.0, 1.0, 0.0, TL_DEFAULT(0.0)},
-                  {"per_turn", 0.01, 4.0, 2.0, 0, 0.0},
-                  {"fades_Hz", 0.0, 1000.0, 0.0, TL_DEFAULT(0.0)}},
+    .strengths = STRENGTHS,
+    .shapes = SHAPES,
+    .parameter = {[SINE] = {"sine_Nm", -100.0, 100.0, 0.2, 0, 0.0},
+                  [COSINE] = {"cosine_Nm", -100.0, 100.0, 0.0, 0, 0.0},
+                  [SINE_ANGLE] = {"sine_rad", -0.1, 0.1, 0.0, TL_DEFAULT(0.0)},
+                  [COSINE_ANGLE] = {"cosine_rad", -0.1, 0.1, 0.0, TL_DEFAULT(0.0)},
+                  [SINE_SHARE] = {"sine_share", -1.0, 1.0, 0.0, TL_DEFAULT(0.0)}, /* of the load */
+                  [COSINE_SHARE] = {"cosine_share", -1.0, 1.0, 0.0, TL_DEFAULT(0.0)},
+                  [STRENGTHS + PER_TURN] = {"per_turn", 0.01, 4.0, 2.0, 0, 0.0},
+                  [STRENGTHS + FADES] = {"fades_Hz", 0.0, 1000.0, 0.0, TL_DEFAULT(0.0)}},
     .law = law,
     .change = change,
     .columns = columns,

@@ -3,13 +3,15 @@
 
 #include <string.h>
 
+enum { AB, BO, AC, BOF, STRENGTHS };
+
 #define STEP_M 1e-5 /* and rad */
 
 static void change(const double *value, tl_effect_change *to) {
-  to->AB_m += value[0];
-  to->BO_m += value[1];
-  to->AC_m += value[2];
-  to->BOF_rad += value[3];
+  to->AB_m += value[AB];
+  to->BO_m += value[BO];
+  to->AC_m += value[AC];
+  to->BOF_rad += value[BOF];
 }
 
 /* the motor's motion at row i, as the model's linkage gave the joint's from it */
@@ -56,10 +58,11 @@ static void columns(tl_effect_prepared *p, int joint, const double *shape, const
   int k, side;
 
   (void)shape;
-  for (k = 0; k < 4 && t->kind == TL_TRANSMISSION_SCREW_LINKAGE; k++)
+  for (k = 0; k < STRENGTHS && t->kind == TL_TRANSMISSION_SCREW_LINKAGE; k++)
     for (side = 0; side < 2 && tl_columns_wants(wanted, 1u << k); side++) {
       tl_effect_change c;
-      double *const dimension[4] = {&c.AB_m, &c.BO_m, &c.AC_m, &c.BOF_rad};
+      double *const dimension[STRENGTHS] = {
+          [AB] = &c.AB_m, [BO] = &c.BO_m, [AC] = &c.AC_m, [BOF] = &c.BOF_rad};
       memset(&c, 0, sizeof c);
       *dimension[k] = sign[side] * STEP_M;
       if (tl_effect_change_linkage(&c, t, &other.drive[joint].transmission) != TL_OK) break;
@@ -73,12 +76,12 @@ const tl_effect_kind tl_effect_linkage_error = {
     .meaning = "the linkage's true dimensions differ from the model's",
     .places = TL_EFFECT_AT_ANKLE,
     .acts = TL_EFFECT_CHANGE,
-    .strengths = 4,
+    .strengths = STRENGTHS,
     .shapes = 0,
-    .parameter = {{"AB_m", -0.01, 0.01, 0.0, 0, 0.0},
-                  {"BO_m", -0.01, 0.01, 0.0015, 0, 0.0},
-                  {"AC_m", -0.01, 0.01, 0.0, 0, 0.0},
-                  {"BOF_rad", -0.2, 0.2, 0.0, TL_DEFAULT(0.0)}},
+    .parameter = {[AB] = {"AB_m", -0.01, 0.01, 0.0, 0, 0.0},
+                  [BO] = {"BO_m", -0.01, 0.01, 0.0015, 0, 0.0},
+                  [AC] = {"AC_m", -0.01, 0.01, 0.0, 0, 0.0},
+                  [BOF] = {"BOF_rad", -0.2, 0.2, 0.0, TL_DEFAULT(0.0)}},
     .change = change,
     .columns = columns,
     .exact = 1,

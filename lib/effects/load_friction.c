@@ -7,16 +7,20 @@
 
 #include "talus/math.h"
 
+enum { COEFFICIENT, STRENGTHS };
+enum { ROTOR_SHARE, FRICTION_SHARE, EXPONENT, SCALE, OWN_COEFFICIENT, SHAPES };
+
 double tl_effect_load(const tl_effect_instant *now, double rotor_share, double friction_share) {
   return now->load_Nm - (1.0 - rotor_share) * now->rotor_Nm + friction_share * now->friction_Nm;
 }
 
 static void law(const tl_effect_instant *now, const double *shape, double *torque, double *friction) {
-  double carried = tl_effect_load(now, shape[0], shape[1]), load = fabs(carried), own = shape[4];
+  double carried = tl_effect_load(now, shape[ROTOR_SHARE], shape[FRICTION_SHARE]), load = fabs(carried);
+  double own = shape[OWN_COEFFICIENT], level = load;
 
-  torque[0] = own * carried / (1.0 - own * own);
-  friction[0] = shape[2] == 1.0 ? load : load * tl_pow(load / shape[3], shape[2] - 1.0);
-  friction[0] /= 1.0 - own * own;
+  if (shape[EXPONENT] != 1.0) level = load * tl_pow(load / shape[SCALE], shape[EXPONENT] - 1.0);
+  torque[COEFFICIENT] = own * carried / (1.0 - own * own);
+  friction[COEFFICIENT] = level / (1.0 - own * own);
 }
 
 const tl_effect_kind tl_effect_load_friction = {
@@ -27,15 +31,16 @@ const tl_effect_kind tl_effect_load_friction = {
     .acts = TL_EFFECT_MECHANICAL,
     .dry = 1,
     .needs_load_sensor = 0,
-    .rotor_share = 1,
-    .strengths = 1,
-    .shapes = 5,
-    .parameter = {{"coefficient", 0.0, 0.6, 0.1, 0, 0.0},
-                  {"rotor_share", 0.0, 1.0, 1.0, TL_DEFAULT(1.0)},
-                  {"friction_share", 0.0, 1.0, 0.0, TL_DEFAULT(0.0)},
-                  {"exponent", 1.0, 3.0, 1.0,
-                   TL_DEFAULT(1.0)}, /* above 1: the coefficient holds at scale_Nm */
-                  {"scale_Nm", 1e-6, 10000.0, 1.0, TL_DEFAULT(1.0)},
-                  {"own_coefficient", 0.0, 0.6, 0.0, TL_DEFAULT(0.0)}}, /* where it carries itself */
+    .rotor_share = STRENGTHS + ROTOR_SHARE,
+    .strengths = STRENGTHS,
+    .shapes = SHAPES,
+    .parameter = {[COEFFICIENT] = {"coefficient", 0.0, 0.6, 0.1, 0, 0.0},
+                  [STRENGTHS + ROTOR_SHARE] = {"rotor_share", 0.0, 1.0, 1.0, TL_DEFAULT(1.0)},
+                  [STRENGTHS + FRICTION_SHARE] = {"friction_share", 0.0, 1.0, 0.0, TL_DEFAULT(0.0)},
+                  /* above 1: the coefficient holds at scale_Nm */
+                  [STRENGTHS + EXPONENT] = {"exponent", 1.0, 3.0, 1.0, TL_DEFAULT(1.0)},
+                  [STRENGTHS + SCALE] = {"scale_Nm", 1e-6, 10000.0, 1.0, TL_DEFAULT(1.0)},
+                  /* where it carries itself */
+                  [STRENGTHS + OWN_COEFFICIENT] = {"own_coefficient", 0.0, 0.6, 0.0, TL_DEFAULT(0.0)}},
     .law = law,
 };

@@ -6,11 +6,15 @@
 
 #include "talus/math.h"
 
-static void law(const tl_effect_instant *now, const double *shape, double *torque, double *friction) {
-  double size = shape[1] > 0.0 ? tl_tanh(fabs(now->v) / shape[1]) : tl_pow(fabs(now->v), shape[0]);
+enum { SIZE, STRENGTHS };
+enum { EXPONENT, SATURATION, SHAPES };
 
-  torque[0] = now->v < 0.0 ? -size : size;
-  friction[0] = 0.0;
+static void law(const tl_effect_instant *now, const double *shape, double *torque, double *friction) {
+  double speed = fabs(now->v);
+  double size = shape[SATURATION] > 0.0 ? tl_tanh(speed / shape[SATURATION]) : tl_pow(speed, shape[EXPONENT]);
+
+  torque[SIZE] = now->v < 0.0 ? -size : size;
+  friction[SIZE] = 0.0;
 }
 
 const tl_effect_kind tl_effect_nonlinear_viscous = {
@@ -20,11 +24,11 @@ const tl_effect_kind tl_effect_nonlinear_viscous = {
     .places = TL_EFFECT_AT_JOINTS,
     .acts = TL_EFFECT_MECHANICAL,
     .needs_load_sensor = 0,
-    .strengths = 1,
-    .shapes = 2,
-    .parameter = {{"size_Nm", -1000.0, 1000.0, 0.1, 0, 0.0},
-                  {"exponent", 0.2, 3.0, 2.0, 0, 0.0},
-                  {"saturation_rad_s", 0.0, 100.0, 0.0,
-                   TL_DEFAULT(0.0)}}, /* above 0 in the exponent's place */
+    .strengths = STRENGTHS,
+    .shapes = SHAPES,
+    .parameter = {[SIZE] = {"size_Nm", -1000.0, 1000.0, 0.1, 0, 0.0},
+                  [STRENGTHS + EXPONENT] = {"exponent", 0.2, 3.0, 2.0, 0, 0.0},
+                  /* above 0 in the exponent's place */
+                  [STRENGTHS + SATURATION] = {"saturation_rad_s", 0.0, 100.0, 0.0, TL_DEFAULT(0.0)}},
     .law = law,
 };

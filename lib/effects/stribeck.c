@@ -5,9 +5,12 @@
 
 #include "talus/math.h"
 
+enum { EXTRA, STRENGTHS };
+enum { SPEED, EXPONENT, SHAPES };
+
 static void law(const tl_effect_instant *now, const double *shape, double *torque, double *friction) {
-  torque[0] = 0.0;
-  friction[0] = tl_exp(-tl_pow(fabs(now->v) / shape[0], shape[1]));
+  torque[EXTRA] = 0.0;
+  friction[EXTRA] = tl_exp(-tl_pow(fabs(now->v) / shape[SPEED], shape[EXPONENT]));
 }
 
 const tl_effect_kind tl_effect_stribeck = {
@@ -18,10 +21,10 @@ const tl_effect_kind tl_effect_stribeck = {
     .acts = TL_EFFECT_MECHANICAL,
     .dry = 1,
     .needs_load_sensor = 0,
-    .strengths = 1,
-    .shapes = 2,
-    .parameter = {{"extra_Nm", 0.0, 200.0, 0.4, 0, 0.0},
-                  {"speed_rad_s", 0.0002, 10.0, 0.1, 0, 0.0},
-                  {"exponent", 0.5, 2.0, 2.0, 0, 0.0}},
+    .strengths = STRENGTHS,
+    .shapes = SHAPES,
+    .parameter = {[EXTRA] = {"extra_Nm", 0.0, 200.0, 0.4, 0, 0.0},
+                  [STRENGTHS + SPEED] = {"speed_rad_s", 0.0002, 10.0, 0.1, 0, 0.0},
+                  [STRENGTHS + EXPONENT] = {"exponent", 0.5, 2.0, 2.0, 0, 0.0}},
     .law = law,
 };

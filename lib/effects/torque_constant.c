@@ -2,13 +2,15 @@
  * It comes before all that the gear does with that torque, so that friction grows with what it truly carries. */
 #include "../effect_columns.h"
 
+enum { EXCESS, STRENGTHS };
+
 static void change(const double *value, tl_effect_change *to) {
-  to->torque_constant_error += value[0];
+  to->torque_constant_error += value[EXCESS];
 }
 
 /* what the drive gives more need not be asked for */
 static void columns(tl_effect_prepared *p, int joint, const double *shape, const tl_effect_wanted *wanted) {
-  double *column = tl_columns_of(p, wanted, joint, 0);
+  double *column = tl_columns_of(p, wanted, joint, EXCESS);
   size_t i;
 
   (void)shape;
@@ -23,9 +25,9 @@ const tl_effect_kind tl_effect_torque_constant = {
     .places = TL_EFFECT_AT_SINGLE,
     .acts = TL_EFFECT_CHANGE,
     .needs_load_sensor = 1,
-    .strengths = 1,
+    .strengths = STRENGTHS,
     .shapes = 0,
-    .parameter = {{"excess", -0.9, 2.0, 0.1, 0, 0.0}},
+    .parameter = {[EXCESS] = {"excess", -0.9, 2.0, 0.1, 0, 0.0}},
     .change = change,
     .columns = columns,
     .exact = 1,
