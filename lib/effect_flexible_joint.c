@@ -4,6 +4,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "math_inline.h"
 #include "talus/experimental/hysteresis.h"
 
 #define LEAST_SHARE                                                                                          \
@@ -18,7 +19,7 @@ static double straight_inertia(const tl_model *m, int joint) {
   double matrix[TL_MAX_JOINTS * TL_MAX_JOINTS] = {0.0};
 
   tl_inertia_matrix(m, straight, matrix);
-  return matrix[joint * tl_joint_count(m) + joint];
+  return matrix[tl_entry(tl_joint_count(m), joint, joint)];
 }
 
 /* With the leg straight. What of the joint's inertia turns with its motor goes to *turning. */

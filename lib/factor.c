@@ -5,6 +5,8 @@
 #include <math.h>
 #include <string.h>
 
+#include "math_inline.h"
+
 /* Rows folded at a time: 256 rows of 8 columns are 16 KiB and stay in the
  * first-level cache while the columns are passed over. */
 #define BLOCK_ROWS 256
@@ -15,6 +17,19 @@ static double *row_of(tl_factor *f, int i) {
 
 static const double *const_row_of(const tl_factor *f, int i) {
   return f->r + (size_t)i * TL_FACTOR_STRIDE;
+}
+
+const double *tl_factor_row(const tl_factor *f, int i) {
+  return const_row_of(f, i);
+}
+
+double tl_factor_column_length(const tl_factor *f, int j) {
+  double sum = 0.0;
+  for (int i = 0; i <= j; i++) {
+    double r = const_row_of(f, i)[j];
+    sum += r * r;
+  }
+  return sqrt(sum);
 }
 
 tl_status tl_factor_init(tl_factor *f, int columns) {
@@ -171,21 +186,13 @@ typedef struct decomposition {
   double singular[TL_FACTOR_MAX];
 } decomposition;
 
-static double column_length(const tl_factor *f, int j) {
-  double sum = 0.0;
-  for (int i = 0; i <= j; i++) {
-    double r = const_row_of(f, i)[j];
-    sum += r * r;
-  }
-  return sum > 0.0 ? sqrt(sum) : 1.0;
-}
-
 static tl_status decompose(decomposition *d, const tl_factor *f, double tolerance) {
   int p = f->columns;
   for (int j = 0; j < p; j++) {
-    d->length[j] = column_length(f, j);
+    double length = tl_factor_column_length(f, j);
+    d->length[j] = length > 0.0 ? length : 1.0;
     for (int i = 0; i < p; i++) {
-      d->us[i * p + j] = i <= j ? const_row_of(f, i)[j] / d->length[j] : 0.0;
+      d->us[tl_entry(p, i, j)] = i <= j ? const_row_of(f, i)[j] / d->length[j] : 0.0;
     }
   }
   tl_status status = tl_svd(d->us, p, p, d->singular, d->v);
@@ -214,7 +221,7 @@ static double along(const decomposition *d, const tl_factor *f, int k) {
   int p = f->columns;
   double sum = 0.0;
   for (int i = 0; i < p; i++) {
-    sum += d->us[i * p + k] * const_row_of(f, i)[p];
+    sum += d->us[tl_entry(p, i, k)] * const_row_of(f, i)[p];
   }
   return sum / d->singular[k] / d->singular[k];
 }
@@ -238,7 +245,7 @@ tl_status tl_factor_solve(const tl_factor *f, double tolerance, double *b, int *
   for (int k = 0; k < d.rank; k++) {
     double coordinate = along(&d, f, k);
     for (int j = 0; j < p; j++) {
-      b[j] += d.v[j * p + k] * coordinate;
+      b[j] += d.v[tl_entry(p, j, k)] * coordinate;
     }
   }
   for (int j = 0; j < p; j++) {
@@ -264,9 +271,9 @@ tl_status tl_factor_covariance(const tl_factor *f, double tolerance, double *cov
     for (int j = 0; j < p; j++) {
       double sum = 0.0;
       for (int k = 0; k < d.rank; k++) {
-        sum += (d.v[i * p + k] / d.singular[k]) * (d.v[j * p + k] / d.singular[k]);
+        sum += (d.v[tl_entry(p, i, k)] / d.singular[k]) * (d.v[tl_entry(p, j, k)] / d.singular[k]);
       }
-      covariance[i * p + j] = sum / (d.length[i] * d.length[j]);
+      covariance[tl_entry(p, i, j)] = sum / (d.length[i] * d.length[j]);
     }
   }
   return TL_OK;

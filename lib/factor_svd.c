@@ -15,7 +15,7 @@ enum { DOUBTFUL = 1, TURNED = 2 };
 static double column_dot(const double *a, int m, int n, int p, int q) {
   double sum = 0.0;
   for (int i = 0; i < m; i++) {
-    sum += a[i * n + p] * a[i * n + q];
+    sum += a[tl_entry(n, i, p)] * a[tl_entry(n, i, q)];
   }
   return sum;
 }
@@ -23,9 +23,9 @@ static double column_dot(const double *a, int m, int n, int p, int q) {
 /* (column p, column q) <- (c p - s q, s p + c q) */
 static void rotate_columns(double *a, int m, int n, int p, int q, double c, double s) {
   for (int i = 0; i < m; i++) {
-    double x = a[i * n + p], y = a[i * n + q];
-    a[i * n + p] = c * x - s * y;
-    a[i * n + q] = s * x + c * y;
+    double x = a[tl_entry(n, i, p)], y = a[tl_entry(n, i, q)];
+    a[tl_entry(n, i, p)] = c * x - s * y;
+    a[tl_entry(n, i, q)] = s * x + c * y;
   }
 }
 
@@ -88,9 +88,9 @@ static void set_identity(double *v, int n) {
 
 static void exchange_columns(double *a, int m, int n, int p, int q) {
   for (int i = 0; i < m; i++) {
-    double x = a[i * n + p];
-    a[i * n + p] = a[i * n + q];
-    a[i * n + q] = x;
+    double x = a[tl_entry(n, i, p)];
+    a[tl_entry(n, i, p)] = a[tl_entry(n, i, q)];
+    a[tl_entry(n, i, q)] = x;
   }
 }
 

@@ -4,6 +4,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "math_inline.h"
 #include "talus/math.h"
 
 #define PRIOR_FACTOR 10.0 /* default upper bound, in priors */
@@ -27,15 +28,6 @@ static double own_residual(const tl_factor *f) {
 
   if (f->rows == 0 || tl_factor_solve(f, 1e-10, b, NULL) != TL_OK) return 0.0;
   return sqrt(tl_factor_cost(f, b) / (double)f->rows);
-}
-
-/* length of column j of the factor */
-static double column_length(const tl_factor *f, int j) {
-  double sum = 0.0;
-  int i;
-
-  for (i = 0; i <= j; i++) sum += f->r[i * TL_FACTOR_STRIDE + j] * f->r[i * TL_FACTOR_STRIDE + j];
-  return sqrt(sum);
 }
 
 /* does a joint have enough rows to tell its own noise? One that hardly moves has not */
@@ -68,11 +60,11 @@ static tl_status combine(tl_problem *p, const tl_factor *factor) {
 
 /* the size at which parameter i alone would explain the whole torque, through its base parameters */
 static double natural_size(const tl_problem *p, const double *jacobian, int i) {
-  double torque = column_length(&p->factor, p->bases), size = 0.0;
+  double torque = tl_factor_column_length(&p->factor, p->bases), size = 0.0;
   int b;
 
   for (b = 0; b < p->bases; b++) {
-    double share = fabs(jacobian[b * p->parameters + i]) * column_length(&p->factor, b);
+    double share = fabs(jacobian[tl_entry(p->parameters, b, i)]) * tl_factor_column_length(&p->factor, b);
     if (share > 0.0 && (size == 0.0 || torque / share < size)) size = torque / share;
   }
   return size > 0.0 ? size : 1.0;

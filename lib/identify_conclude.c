@@ -2,6 +2,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "math_inline.h"
 #include "talus/identify.h"
 
 #define NEAREST_STEPS 200
@@ -17,7 +18,7 @@ typedef struct view {
   int kept;                     /* directions that the data see */
   double singular[TL_MAX_PARAMETERS];
   double u[TL_MAX_PARAMETERS * TL_MAX_PARAMETERS]; /* U S, rows x columns (padded with zero rows) */
-  double v[TL_MAX_PARAMETERS * TL_MAX_PARAMETERS]; /* vector k at v[j * columns + k] */
+  double v[TL_MAX_PARAMETERS * TL_MAX_PARAMETERS]; /* vector k is column k */
 } view;
 
 static int is_free(const tl_problem *p, const int *pinned, int i) {
@@ -26,10 +27,11 @@ static int is_free(const tl_problem *p, const int *pinned, int i) {
 
 /* row i of R times vector b */
 static double r_row(const tl_factor *f, int i, const double *b, int stride) {
+  const double *row = tl_factor_row(f, i);
   double sum = 0.0;
   int j;
 
-  for (j = i; j < f->columns; j++) sum += f->r[i * TL_FACTOR_STRIDE + j] * b[j * stride];
+  for (j = i; j < f->columns; j++) sum += row[j] * b[j * stride];
   return sum;
 }
 
@@ -48,7 +50,8 @@ static void view_matrix(const tl_problem *p, const double *value, const int *pin
   memset(w->u, 0, sizeof w->u);
   for (k = 0; k < n; k++)
     for (i = 0; i < p->bases; i++)
-      w->u[i * n + k] = r_row(&p->factor, i, jacobian + w->free_[k], p->parameters) * p->scale[w->free_[k]];
+      w->u[tl_entry(n, i, k)] =
+          r_row(&p->factor, i, jacobian + w->free_[k], p->parameters) * p->scale[w->free_[k]];
 }
 
 static tl_status view_init(const tl_problem *p, const double *value, const int *pinned, view *w) {
@@ -72,9 +75,9 @@ static void view_solve(const view *w, const double *r, double *x) {
   memset(x, 0, (size_t)w->columns * sizeof *x);
   for (k = 0; k < w->kept; k++) {
     double c = 0.0;
-    for (i = 0; i < w->rows; i++) c += w->u[i * w->columns + k] * r[i];
+    for (i = 0; i < w->rows; i++) c += w->u[tl_entry(w->columns, i, k)] * r[i];
     c /= w->singular[k] * w->singular[k];
-    for (j = 0; j < w->columns; j++) x[j] += c * w->v[j * w->columns + k];
+    for (j = 0; j < w->columns; j++) x[j] += c * w->v[tl_entry(w->columns, j, k)];
   }
 }
 
@@ -102,7 +105,8 @@ static tl_status nearest_step(const tl_problem *p, const double *goal, const int
   for (j = 0; j < w.columns; j++) x[j] = (value[w.free_[j]] - p->prior[w.free_[j]]) / p->scale[w.free_[j]];
   for (i = 0; i < w.rows; i++)
     for (k = 0; k < w.kept; k++)
-      for (a = w.u[i * w.columns + k], j = 0; j < w.columns; j++) r[i] += a * w.v[j * w.columns + k] * x[j];
+      for (a = w.u[tl_entry(w.columns, i, k)], j = 0; j < w.columns; j++)
+        r[i] += a * w.v[tl_entry(w.columns, j, k)] * x[j];
   view_solve(&w, r, x);
   *change = 0.0;
   for (j = 0; j < w.columns; j++) {
@@ -163,7 +167,7 @@ static int free_bases(const tl_problem *p, const double *value, int *index) {
   for (b = 0; b < p->bases; b++) {
     int moved = 0;
     for (i = 0; i < p->parameters; i++)
-      moved |= is_free(p, NULL, i) && jacobian[b * p->parameters + i] != 0.0;
+      moved |= is_free(p, NULL, i) && jacobian[tl_entry(p->parameters, b, i)] != 0.0;
     if (moved) index[n++] = b;
   }
   return n;
@@ -182,9 +186,9 @@ static tl_status free_factor(const tl_problem *p, const double *base, const int 
   memset(block, 0, sizeof block);
   for (i = 0; i < rows; i++) {
     for (k = 0; k < n; k++)
-      if (index[k] >= i) block[k * rows + i] = p->factor.r[i * TL_FACTOR_STRIDE + index[k]];
-    block[n * rows + i] = p->factor.r[i * TL_FACTOR_STRIDE + p->bases];
-    if (i < p->bases) block[n * rows + i] -= r_row(&p->factor, i, held, 1);
+      if (index[k] >= i) block[tl_entry(rows, k, i)] = tl_factor_row(&p->factor, i)[index[k]];
+    block[tl_entry(rows, n, i)] = tl_factor_row(&p->factor, i)[p->bases];
+    if (i < p->bases) block[tl_entry(rows, n, i)] -= r_row(&p->factor, i, held, 1);
   }
   tl_factor_add(out, block, (size_t)rows, (size_t)rows);
   return TL_OK;
@@ -198,9 +202,8 @@ static tl_status condition(const tl_factor *f, double *out) {
   tl_status status;
 
   for (j = 0; j < n; j++) {
-    double sum = 0.0;
-    for (i = 0; i <= j; i++) sum += f->r[i * TL_FACTOR_STRIDE + j] * f->r[i * TL_FACTOR_STRIDE + j];
-    for (i = 0; i <= j && sum > 0.0; i++) a[i * n + j] = f->r[i * TL_FACTOR_STRIDE + j] / sqrt(sum);
+    double length = tl_factor_column_length(f, j);
+    for (i = 0; i <= j && length > 0.0; i++) a[tl_entry(n, i, j)] = tl_factor_row(f, i)[j] / length;
   }
   status = tl_svd(a, n, n, s, v);
   *out = s[n - 1] > 0.0 ? s[0] / s[n - 1] : HUGE_VAL;
@@ -239,7 +242,7 @@ static void null_directions(const tl_problem *p, const view *w, tl_identify_resu
   for (k = w->kept; k < w->columns; k++) {
     double *direction = out->null_direction[k - w->kept], largest = 0.0;
     for (j = 0; j < w->columns; j++) {
-      double entry = w->v[j * w->columns + k];
+      double entry = w->v[tl_entry(w->columns, j, k)];
       if (fabs(entry) > fabs(largest)) largest = entry;
       direction[w->free_[j]] = entry;
       if (fabs(entry) > IN_NULL_SPACE) out->identifiable[w->free_[j]] = 0;
@@ -292,7 +295,7 @@ void tl_sandwich_close(tl_sandwich *s) {
 
   if (s->rows == 0) return;
   for (i = 0; i < s->bases; i++)
-    for (j = 0; j < s->bases; j++) s->meat[i * s->bases + j] += s->sum[i] * s->sum[j];
+    for (j = 0; j < s->bases; j++) s->meat[tl_entry(s->bases, i, j)] += s->sum[i] * s->sum[j];
   memset(s->sum, 0, sizeof s->sum);
   s->blocks++;
   s->rows = 0;
@@ -316,7 +319,7 @@ static void propagate(const tl_sandwich *s, const double *k, int rows, int effec
     double sum = 0.0;
     for (a = 0; a < s->bases; a++)
       for (b = 0; b < s->bases; b++)
-        sum += k[i * s->bases + a] * s->meat[a * s->bases + b] * k[i * s->bases + b];
+        sum += k[tl_entry(s->bases, i, a)] * s->meat[tl_entry(s->bases, a, b)] * k[tl_entry(s->bases, i, b)];
     sigma[i] = sqrt(correction * sum);
   }
 }
@@ -331,10 +334,12 @@ static void parameter_gain(const tl_problem *p, const view *w, const double *jac
     for (b = 0; b < p->bases; b++) {
       double c = 0.0;
       for (j = 0; j < w->columns; j++)
-        c += w->v[j * w->columns + k] * p->scale[w->free_[j]] * jacobian[b * p->parameters + w->free_[j]];
+        c += w->v[tl_entry(w->columns, j, k)] * p->scale[w->free_[j]] *
+             jacobian[tl_entry(p->parameters, b, w->free_[j])];
       c /= w->singular[k] * w->singular[k];
       for (i = 0; i < w->columns; i++)
-        gain[w->free_[i] * p->bases + b] += p->scale[w->free_[i]] * w->v[i * w->columns + k] * c;
+        gain[tl_entry(p->bases, w->free_[i], b)] +=
+            p->scale[w->free_[i]] * w->v[tl_entry(w->columns, i, k)] * c;
     }
 }
 
@@ -359,7 +364,8 @@ tl_status tl_identify_sigma(const tl_problem *problem, const tl_sandwich *s, tl_
   for (a = 0; a < problem->bases; a++)
     for (b = 0; b < problem->bases; b++)
       for (i = 0; i < n; i++)
-        base_gain[a * problem->bases + b] += jacobian[a * n + i] * gain[i * problem->bases + b];
+        base_gain[tl_entry(problem->bases, a, b)] +=
+            jacobian[tl_entry(n, a, i)] * gain[tl_entry(problem->bases, i, b)];
   propagate(s, base_gain, problem->bases, w.kept, result->base_sigma);
   for (i = 0; i < n; i++)
     if (!result->identifiable[i]) result->sigma[i] = (double)NAN;

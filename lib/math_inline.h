@@ -20,6 +20,11 @@ static inline int tl_is_finite(double x) {
   return x - x == 0.0;
 }
 
+/* place of an entry in a matrix of so many columns, row after row */
+static inline int tl_entry(int columns, int row, int column) {
+  return row * columns + column;
+}
+
 /* Adding and taking away 1.5 * 2^52 rounds to the nearest whole number; the
  * sum's lowest bits are that number's, in two's complement. */
 #define TL_ROUNDER 6755399441055744.0

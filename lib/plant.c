@@ -1,6 +1,7 @@
 /* plant.c: dynamics of any plant by its row of the table, see talus/plant.h. */
 #include "talus/plant.h"
 
+#include "math_inline.h"
 #include "plant_internal.h"
 
 static double sign_of(double x) {
@@ -104,7 +105,7 @@ void tl_energy(const tl_model *m, const tl_motion *motion, double *kinetic_J, do
 
   tl_inertia_matrix(m, motion->q, matrix);
   for (i = 0; i < joints; i++)
-    for (j = 0; j < joints; j++) twice += matrix[i * joints + j] * motion->v[i] * motion->v[j];
+    for (j = 0; j < joints; j++) twice += matrix[tl_entry(joints, i, j)] * motion->v[i] * motion->v[j];
   *kinetic_J = 0.5 * twice;
   *potential_J = t->potential ? t->potential(m, motion->q) : 0.0;
 }

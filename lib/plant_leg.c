@@ -344,7 +344,7 @@ static void leg_base_at(const tl_model *m, const double *p, double *base) {
 }
 
 static void leg_base_jacobian(const tl_model *m, double *jacobian) {
-#define J(base, parameter) jacobian[(base)*PARAMETERS + (parameter)]
+#define J(base, parameter) jacobian[tl_entry(PARAMETERS, base, parameter)]
   J(TL_LEG_SHANK_INERTIA, P_SHANK_INERTIA) = 1.0;
   J(TL_LEG_SHANK_INERTIA, P_SHANK_COM) = 2.0 * m->shank_mass_kg * m->shank_com_m;
   J(TL_LEG_SHANK_INERTIA, P_MOTOR_COM) = 2.0 * m->ankle_motor_mass_kg * m->ankle_motor_com_m;

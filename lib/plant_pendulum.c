@@ -77,7 +77,7 @@ static void base_jacobian(const tl_model *m, double *jacobian) {
   double s, c;
 
   tl_sincos_inline(m->gravity_zero_rad, &s, &c);
-#define J(base, column) jacobian[(base)*PARAMETERS + (column)]
+#define J(base, column) jacobian[tl_entry(PARAMETERS, base, column)]
   J(INERTIA, P_INERTIA) = 1.0;
   J(GRAVITY_SIN, P_MOMENT) = c;
   J(GRAVITY_SIN, P_ZERO) = -m->gravity_moment_kg_m * s;

@@ -1,4 +1,5 @@
 /* plant_slider.c: a mass on a straight guide, force = mass a + friction + offset. */
+#include "math_inline.h"
 #include "plant_internal.h"
 
 /* base and physical parameters are the same here */
@@ -44,7 +45,7 @@ static void base_jacobian(const tl_model *m, double *jacobian) {
   int i;
 
   (void)m;
-  for (i = 0; i < PARAMETERS; i++) jacobian[i * PARAMETERS + i] = 1.0;
+  for (i = 0; i < PARAMETERS; i++) jacobian[tl_entry(PARAMETERS, i, i)] = 1.0;
 }
 
 static const tl_key key[] = {

@@ -4,6 +4,8 @@
 #include <math.h>
 #include <string.h>
 
+#include "math_inline.h"
+
 #define KNOWN(columns) (columns)        /* place of the known part in `raw` */
 #define EFFORT(columns) ((columns) + 1) /* and of what was measured */
 #define RAW_COLUMNS (TL_MAX_ROW + 2)
@@ -124,6 +126,15 @@ void tl_regression_space_init(tl_regression_space *space, const tl_regression *r
   space->work_n = grid + block_work(joints, capacity);
 }
 
+/* column c of a joint's raw rows, and of its rows on the grid */
+static double *raw_column(const tl_regression_space *space, int joint, int c) {
+  return space->raw[joint] + (size_t)c * space->capacity;
+}
+
+static double *rows_column(const tl_rows *rows, int c) {
+  return rows->x + (size_t)c * rows->stride;
+}
+
 /* ---- at the recording's rows -------------------------------------------- */
 
 static void motion_at(const tl_model *m, const tl_track *track, int joints, size_t i, tl_motion *now) {
@@ -206,9 +217,8 @@ static void regressor_rows(const tl_regression *r, const tl_block *block, tl_reg
     tl_regressor(&r->model, &now, row, known);
     for (j = 0; j < joints; j++) {
       int columns = space->rows[j].columns;
-      double *raw = space->raw[j];
-      for (k = 0; k < columns; k++) raw[(size_t)k * space->capacity + i] = row[j * TL_MAX_ROW + k];
-      raw[(size_t)KNOWN(columns) * space->capacity + i] = known[j] + effects_at(r, block, &now, j, i);
+      for (k = 0; k < columns; k++) raw_column(space, j, k)[i] = row[tl_entry(TL_MAX_ROW, j, k)];
+      raw_column(space, j, KNOWN(columns))[i] = known[j] + effects_at(r, block, &now, j, i);
     }
   }
 }
@@ -247,7 +257,7 @@ static void effects_over(const tl_regression *r, const tl_block *block, tl_regre
   for (j = 0; j < tl_joint_count(&r->model); j++) {
     for (i = 0; i < block->n; i++) sum[i] = 0.0;
     tl_effects_segment_torque(r->effect, r->effects, &prepared, j, column, sum);
-    known = space->raw[j] + (size_t)KNOWN(space->rows[j].columns) * space->capacity;
+    known = raw_column(space, j, KNOWN(space->rows[j].columns));
     for (i = 0; i < block->n; i++) known[i] += sum[i];
   }
 }
@@ -260,7 +270,7 @@ static void delay_rows(const tl_block *block, int joint, double delay_s, tl_regr
 
   if (delay_s == 0.0) return;
   for (c = 0; c <= space->rows[joint].columns; c++) {
-    double *column = space->raw[joint] + (size_t)c * space->capacity;
+    double *column = raw_column(space, joint, c);
     for (i = 0; i < block->n; i++) late[i] = value_at(block, column, i, block->t_s[i] - delay_s);
     memcpy(column, late, block->n * sizeof *late);
   }
@@ -275,7 +285,7 @@ static void bridge_stops(const tl_regression *r, const tl_block *block, int join
   if (r->layout.position[joint] == TL_CHANNEL_COUNT) return;
   for (c = 0; c <= space->rows[joint].columns; c++)
     tl_bridge_stops(track->stop[joint], track->stops[joint], block->t_s, block->n,
-                    space->raw[joint] + (size_t)c * space->capacity);
+                    raw_column(space, joint, c));
 }
 
 void tl_regression_columns(const tl_regression *r, const tl_effect_segment *s, int joint, double begin_s,
@@ -293,15 +303,15 @@ void tl_regression_columns(const tl_regression *r, const tl_effect_segment *s, i
 static void measured_rows(const tl_regression *r, const tl_block *block, int joint,
                           tl_regression_space *space) {
   int columns = space->rows[joint].columns, c;
-  double *raw = space->raw[joint], *known = raw + (size_t)KNOWN(columns) * space->capacity;
-  double *measured = raw + (size_t)EFFORT(columns) * space->capacity;
+  double *known = raw_column(space, joint, KNOWN(columns)),
+         *measured = raw_column(space, joint, EFFORT(columns));
   const double *load = r->layout.load == TL_CHANNEL_COUNT ? NULL : block->channel[r->layout.load];
   size_t i;
 
   for (i = 0; i < block->n; i++) measured[i] = load ? load[i] : effort_at(r, block, joint, i);
   if (!load) return;
   for (c = 0; c < columns; c++)
-    for (i = 0; i < block->n; i++) raw[(size_t)c * space->capacity + i] *= -1.0;
+    for (i = 0; i < block->n; i++) raw_column(space, joint, c)[i] *= -1.0;
   for (i = 0; i < block->n; i++) known[i] = effort_at(r, block, joint, i) - known[i];
 }
 
@@ -327,11 +337,10 @@ tl_status tl_regression_motion(const tl_regression *r, const tl_block *block, tl
 
 double tl_regression_predict(const tl_regression_space *space, int joint, const double *base, size_t i) {
   const tl_rows *rows = &space->rows[joint];
-  const double *raw = space->raw[joint] + i;
-  double sum = raw[(size_t)KNOWN(rows->columns) * space->capacity];
+  double sum = raw_column(space, joint, KNOWN(rows->columns))[i];
   int c;
 
-  for (c = 0; c < rows->columns; c++) sum += raw[(size_t)c * space->capacity] * base[rows->index[c]];
+  for (c = 0; c < rows->columns; c++) sum += raw_column(space, joint, c)[i] * base[rows->index[c]];
   return sum;
 }
 
@@ -390,15 +399,15 @@ static void grid_rows(const tl_regression *r, const tl_span *span, const tl_bloc
                       grid_part g, tl_regression_space *space) {
   tl_rows *rows = &space->rows[joint];
   int c, all = rows->columns + 2;
-  double *raw = space->raw[joint], *known = raw + (size_t)KNOWN(rows->columns) * space->capacity;
-  double *measured = raw + (size_t)EFFORT(rows->columns) * space->capacity;
+  double *known = raw_column(space, joint, KNOWN(rows->columns));
+  double *measured = raw_column(space, joint, EFFORT(rows->columns));
   size_t i;
 
   for (c = 0; c < all; c++) {
-    double *to = rows->x + (size_t)c * rows->stride;
+    double *to = rows_column(rows, c);
     if (c == KNOWN(rows->columns))
       for (i = 0; i < block->n; i++) known[i] = measured[i] - known[i];
-    tl_grid_resample(block->t_s, raw + (size_t)c * space->capacity, block->n,
+    tl_grid_resample(block->t_s, raw_column(space, joint, c), block->n,
                      span->segment_begin_s + (double)g.first * r->step_s, r->step_s, to, g.n);
     tl_lowpass_zero_phase(&r->lowpass, to, g.n);
     memmove(to, to + (g.from - g.first), (g.to - g.from) * sizeof *to);
@@ -437,7 +446,7 @@ void tl_rows_fold(const tl_rows *rows, const double *weight, double *scratch, tl
 
   for (k = 0; k < rows->n; k++) kept += rows->kind[k] == TL_ROW_SCORED;
   for (c = 0; c <= rows->columns; c++) {
-    const double *from = rows->x + (size_t)c * rows->stride;
+    const double *from = rows_column(rows, c);
     double *to = scratch + (size_t)c * kept;
     for (k = 0; k < rows->n; k++)
       if (rows->kind[k] == TL_ROW_SCORED) *to++ = weight ? weight[k] * from[k] : from[k];
@@ -445,10 +454,18 @@ void tl_rows_fold(const tl_rows *rows, const double *weight, double *scratch, tl
   if (kept) tl_factor_add(factor, scratch, kept, kept);
 }
 
+double *tl_rows_column(const tl_rows *rows, int c) {
+  return rows_column(rows, c);
+}
+
+double tl_rows_measured(const tl_rows *rows, size_t k) {
+  return rows_column(rows, EFFORT(rows->columns))[k];
+}
+
 double tl_rows_residual(const tl_rows *rows, const double *base, size_t k) {
-  double sum = rows->x[(size_t)rows->columns * rows->stride + k];
+  double sum = rows_column(rows, rows->columns)[k];
   int c;
 
-  for (c = 0; c < rows->columns; c++) sum -= rows->x[(size_t)c * rows->stride + k] * base[rows->index[c]];
+  for (c = 0; c < rows->columns; c++) sum -= rows_column(rows, c)[k] * base[rows->index[c]];
   return sum;
 }

@@ -107,13 +107,14 @@ static tl_status accelerate(const plant *p, const tl_joint_mode *mode, const dou
   for (j = 0; j < p->joints; j++) /* one moves while the other sticks */
     for (other = 0; other < p->joints; other++)
       if (sticking < p->joints && mode[j] != TL_MODE_STICK && other != j)
-        motion->a[j] = a0[j] + matrix[j * p->joints + other] * a0[other] / matrix[j * p->joints + j];
+        motion->a[j] =
+            a0[j] + matrix[tl_entry(p->joints, j, other)] * a0[other] / matrix[tl_entry(p->joints, j, j)];
   for (j = 0; j < p->joints; j++) {
     if (mode[j] != TL_MODE_STICK) continue;
     motion->a[j] = 0.0;
     friction[j] = 0.0;
     for (other = 0; other < p->joints; other++)
-      friction[j] += matrix[j * p->joints + other] *
+      friction[j] += matrix[tl_entry(p->joints, j, other)] *
                      (a0[other] - (mode[other] == TL_MODE_STICK ? 0.0 : motion->a[other]));
     motion->slip[j] = friction[j] / p->model->drive[j].coulomb_Nm;
   }

@@ -24,6 +24,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "math_inline.h"
 #include "talus/experimental/hysteresis.h"
 #include "talus/math.h"
 
@@ -370,7 +371,8 @@ static void set_bodies(const tl_effect_dynamics *p, const tl_motion *motion, con
   e->n = p->joints + p->modes;
   for (j = 0; j < p->joints; j++) {
     e->left[j] -= by_motor[j] * bias[j];
-    for (k = 0; k < p->joints; k++) e->matrix[j][k] = by_motor[j] * by_motor[k] * matrix[j * p->joints + k];
+    for (k = 0; k < p->joints; k++)
+      e->matrix[j][k] = by_motor[j] * by_motor[k] * matrix[tl_entry(p->joints, j, k)];
   }
   for (k = 0; k < p->modes; k++) set_mode(p, k, &now, link, bias, by_motor, e, loss_W);
 }

@@ -4,6 +4,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "math_inline.h"
 #include "talus/math.h"
 #include "talus/random.h"
 
@@ -349,7 +350,7 @@ static void choose_drives(const tl_model *m, tl_twin_settings *s) {
   for (j = 0; j < joints; j++) {
     double per_current = fabs(tl_torque_per_current(m, j, worst.q[j]));
     double ratio = tl_drive_ratio(m, j, worst.q[j]);
-    double inertia = matrix[j * joints + j] / (ratio * ratio); /* that the drive sees */
+    double inertia = matrix[tl_entry(joints, j, j)] / (ratio * ratio); /* that the drive sees */
     s->stiffness[j] = inertia * w * w / per_current;
     s->damping[j] = inertia * 2.0 * DAMPING * w / per_current;
     s->current_limit_A[j] = HEADROOM * fabs(torque[j]) / per_current;

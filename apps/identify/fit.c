@@ -144,7 +144,7 @@ struct judging {
 };
 
 static void judge_row(struct judging *g, const tl_rows *rows, int joint, size_t k, double t_s) {
-  double measured = rows->x[(size_t)(rows->columns + 1) * rows->stride + k];
+  double measured = tl_rows_measured(rows, k);
   double nominal = tl_rows_residual(rows, g->nominal, k),
          rest = tl_rows_residual(rows, g->fit->result.base, k);
   struct fit_error *e = &g->fit->error[joint];

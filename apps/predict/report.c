@@ -7,7 +7,7 @@
 #include "common/json_file.h"
 
 static void score_row(struct report *report, const tl_rows *rows, int joint, size_t k, double t_s) {
-  const double measured = rows->x[(size_t)(rows->columns + 1) * rows->stride + k];
+  const double measured = tl_rows_measured(rows, k);
   const double residual = tl_rows_residual(rows, report->base, k), predicted = measured - residual;
 
   scored_add(&report->joint[joint], rows->kind[k], measured, residual);

@@ -26,8 +26,7 @@ extern "C" {
 
 #define TL_FACTOR_MAX 32 /* columns, without the right-hand side */
 
-/* Row i of r holds columns i..p of R, column p being the right-hand side;
- * r[i * TL_FACTOR_STRIDE + j]. The diagonal is never negative; entries below it
+/* R row after row, see tl_factor_row; column p is the right-hand side. The diagonal is never negative; entries below it
  * are not used. */
 #define TL_FACTOR_STRIDE (TL_FACTOR_MAX + 1)
 typedef struct tl_factor {
@@ -42,6 +41,10 @@ TL_CHECK tl_status tl_factor_init(tl_factor *f, int columns);
  * last is the right-hand side). The block is overwritten. stride >= n. Sizes up
  * to 1e150 do not overflow; a NaN or infinity shows in tl_factor_solve. */
 void tl_factor_add(tl_factor *f, double *rows_cm, size_t n, size_t stride);
+/* Row i of R: entries i to columns count, the last of them the right-hand side's. */
+const double *tl_factor_row(const tl_factor *f, int i);
+/* |column j of X|, j = columns: |z|. */
+double tl_factor_column_length(const tl_factor *f, int j);
 /* Fold another factor in, its rows multiplied by `weight` (its cost by weight
  * squared) and its columns mapped: its column j becomes column index[j] of f. */
 void tl_factor_merge(tl_factor *f, const tl_factor *other, const int *index, double weight);

@@ -76,8 +76,8 @@ typedef struct tl_span {
 /* A row at grid instant k counts, lies near standstill, or at the trimmed end of a segment. */
 enum { TL_ROW_SCORED = 1, TL_ROW_STANDSTILL = 2, TL_ROW_TRIMMED = 0 };
 
-/* Scored rows of one joint, column-major: column c at x + c * stride. Columns 0..columns-1
- * belong to base parameters index[], the next is the target (measured - known), the last the measured. */
+/* Scored rows of one joint, column-major: tl_rows_column. Columns 0..columns-1 belong to base parameters index[], the
+ * next is the target (measured - known), the last the measured. */
 typedef struct tl_rows {
   int columns;
   int index[TL_MAX_ROW];
@@ -120,6 +120,10 @@ double tl_regression_predict(const tl_regression_space *space, int joint, const 
 /* Fold the scored rows into the joint's factor (of rows->columns columns), weight[k] on
  * row k. Uses the caller's scratch of (columns + 1) * n doubles. Nullable: weight (all 1). */
 void tl_rows_fold(const tl_rows *rows, const double *weight, double *scratch, tl_factor *factor);
+/* Column c of the rows, (n). */
+double *tl_rows_column(const tl_rows *rows, int c);
+/* What was measured at row k. */
+double tl_rows_measured(const tl_rows *rows, size_t k);
 /* Residual target - x base of row k. */
 double tl_rows_residual(const tl_rows *rows, const double *base, size_t k);
 
