@@ -26,6 +26,11 @@
  * a faster one, which position control and smoothed accelerations no longer follow. */
 double tl_effect_ripple_shown(const tl_effect_instant *now, double per_turn, double fades_Hz);
 
+/* Beside another effect of the same joint the larger of two values counts. */
+static inline void tl_effect_larger(double *to, double value) {
+  if (value > *to) *to = value;
+}
+
 /* The load that friction grows with: with so much of the rotor's and of the plain friction's share. */
 double tl_effect_load(const tl_effect_instant *now, double rotor_share, double friction_share);
 

@@ -17,7 +17,9 @@
  * motor as J T and J M J, by virtual work.
  * A mount that turns by x adds to every absolute angle: the leg moves as if its knee stood at q_0 + x, and its row of
  * the equations, the torque between mount and leg, turns the mount back. One that sways or rises accelerates the leg as
- * one more gravity, and feels the leg's forces.
+ * one more gravity, and feels the leg's forces. The modes are those of mount and leg together, as a modal test of the bench
+ * finds them: with the leg hanging still none moves another, so that any number of them, of one sort or of several, is
+ * their sum; what couples two is by how much the leg's inertia differs from that of the hanging leg.
  */
 #include "simulate_effects.h"
 
@@ -106,6 +108,76 @@ static int needs_rotor(const tl_effect_dynamics *p, int joint) {
   return 0;
 }
 
+/* ---- mount ----------------------------------------------------------------------- */
+
+/* A mount's force on the leg by its acceleration, and the leg's on it: lever arms at both joints, and the pull of what
+ * turns with a speed. Moments of shank and foot [kg m], each times the sine and the cosine of its absolute angle. */
+typedef struct mount_arms {
+  double arm[TL_MAX_JOINTS], pull;
+} mount_arms;
+
+static mount_arms arms_of(const tl_model *weightless, const tl_motion *now, int rises) {
+  double moment[2][TL_MAX_JOINTS], side = rises ? 1.0 : -1.0, foot_v = now->v[0] + now->v[1];
+  const double *along = moment[rises], *across = moment[!rises];
+  tl_motion still;
+  mount_arms m;
+
+  memset(&still, 0, sizeof still);
+  memcpy(still.q, now->q, sizeof still.q);
+  tl_inverse(weightless, &still, moment[0]);
+  moment[1][0] = tl_effect_tilt_of(weightless, &still, 0);
+  moment[1][1] = tl_effect_tilt_of(weightless, &still, 1);
+  m.arm[0] = across[0];
+  m.arm[1] = across[1];
+  /* an end goes on a circle: r sin q to the front, -r cos q upwards */
+  m.pull = side * ((along[0] - along[1]) * now->v[0] * now->v[0] + along[1] * foot_v * foot_v);
+  return m;
+}
+
+static tl_model weightless_of(const tl_model *m) {
+  tl_model weightless = tl_effect_bare_model(m);
+
+  weightless.gravity_m_s2 = 1.0;
+  return weightless;
+}
+
+static double mode_inertia(const tl_effect_mount *mount) {
+  double w = 2.0 * TL_PI * mount->frequency_Hz;
+
+  return 1.0 / (mount->compliance * w * w);
+}
+
+/* inertia about the knee of the leg that hangs still */
+static double hanging_inertia(const tl_model *m) {
+  static const tl_motion hanging;
+  double matrix[TL_MAX_JOINTS * TL_MAX_JOINTS] = {0.0};
+
+  tl_inertia_matrix(m, hanging.q, matrix);
+  return matrix[0];
+}
+
+/* a mode's inertia with the knee of the leg that hangs still */
+static double coupling_at_rest(const tl_model *m, const tl_effect_mount *mount) {
+  static const tl_motion hanging;
+  tl_model weightless;
+
+  if (mount->mode == TL_MOUNT_TURNS) return hanging_inertia(m);
+  weightless = weightless_of(m);
+  return arms_of(&weightless, &hanging, mount->mode == TL_MOUNT_RISES).arm[0];
+}
+
+/* the inertia matrix of knee and modes is positive definite while their shares are below 1 together */
+int tl_simulation_mount_rings(const tl_model *m, const tl_effect_mount *mount, int modes) {
+  double shares = 0.0, coupling;
+  int k;
+
+  for (k = 0; k < modes; k++) {
+    coupling = coupling_at_rest(m, &mount[k]);
+    shares += coupling * coupling / (mode_inertia(&mount[k]) * hanging_inertia(m));
+  }
+  return shares < 1.0;
+}
+
 static void init_joint(tl_effect_dynamics *p, int j) {
   const tl_effect_change *c = &p->change[j];
 
@@ -129,13 +201,13 @@ void tl_effect_dynamics_init(tl_effect_dynamics *p) {
   p->modes = base->mount_modes < TL_MOUNT_MODES ? base->mount_modes : TL_MOUNT_MODES;
   p->moves = 0;
   for (j = 0; j < p->modes; j++) {
-    p->mount_inertia[j] = tl_simulation_mount_inertia(p->model, &base->mount[j]);
+    p->mount_inertia[j] = mode_inertia(&base->mount[j]);
+    p->mount_coupling[j] = coupling_at_rest(p->model, &base->mount[j]);
     p->moves |= base->mount[j].mode != TL_MOUNT_TURNS;
   }
   for (j = 0; j < TL_MAX_JOINTS; j++) init_joint(p, j);
   if (!p->moves) return;
-  p->weightless = tl_effect_bare_model(p->model);
-  p->weightless.gravity_m_s2 = 1.0;
+  p->weightless = weightless_of(p->model);
 }
 
 int tl_effect_dynamics_is_dry(const tl_effect_dynamics *p, int joint) {
@@ -162,45 +234,6 @@ void tl_effect_dynamics_begin(const tl_effect_dynamics *p, const tl_motion *moti
     link->q[j] = motion->q[j];
     link->v[j] = motion->v[j];
   }
-}
-
-/* A mount's force on the leg by its acceleration, and the leg's on it: lever arms at both joints, and the pull of what
- * turns with a speed. Moments of shank and foot [kg m], each times the sine and the cosine of its absolute angle. */
-typedef struct mount_arms {
-  double arm[TL_MAX_JOINTS], pull;
-} mount_arms;
-
-static mount_arms arms_of(const tl_model *weightless, const tl_motion *now, int rises) {
-  double moment[2][TL_MAX_JOINTS], side = rises ? 1.0 : -1.0, foot_v = now->v[0] + now->v[1];
-  const double *along = moment[rises], *across = moment[!rises];
-  tl_motion still;
-  mount_arms m;
-
-  memset(&still, 0, sizeof still);
-  memcpy(still.q, now->q, sizeof still.q);
-  tl_inverse(weightless, &still, moment[0]);
-  moment[1][0] = tl_effect_tilt_of(weightless, &still, 0);
-  moment[1][1] = tl_effect_tilt_of(weightless, &still, 1);
-  m.arm[0] = across[0];
-  m.arm[1] = across[1];
-  /* an end goes on a circle: r sin q to the front, -r cos q upwards */
-  m.pull = side * ((along[0] - along[1]) * now->v[0] * now->v[0] + along[1] * foot_v * foot_v);
-  return m;
-}
-
-double tl_simulation_mount_inertia(const tl_model *m, const tl_effect_mount *mount) {
-  static const tl_motion hanging;
-  double matrix[TL_MAX_JOINTS * TL_MAX_JOINTS] = {0.0}, w = 2.0 * TL_PI * mount->frequency_Hz;
-  double whole = 1.0 / (mount->compliance * w * w);
-  mount_arms arms;
-  tl_model weightless;
-
-  tl_inertia_matrix(m, hanging.q, matrix);
-  if (mount->mode == TL_MOUNT_TURNS) return whole - matrix[0];
-  weightless = tl_effect_bare_model(m);
-  weightless.gravity_m_s2 = 1.0;
-  arms = arms_of(&weightless, &hanging, mount->mode == TL_MOUNT_RISES);
-  return whole > arms.arm[0] * arms.arm[0] / matrix[0] ? whole : 0.0;
 }
 
 /* ---- sides ------------------------------------------------------------------------- */
@@ -334,7 +367,8 @@ static void set_mode(const tl_effect_dynamics *p, int k, const tl_motion *now, c
 
   if (c->mode == TL_MOUNT_TURNS) {
     for (i = 0; i < p->joints; i++) e->matrix[row][i] = e->matrix[0][i] / by_motor[0];
-    whole += arm0 = e->matrix[0][0] / (by_motor[0] * by_motor[0]);
+    arm0 = e->matrix[0][0] / (by_motor[0] * by_motor[0]);
+    whole = whole - p->mount_coupling[k] + arm0;
   } else {
     mount_arms arms = arms_of(&p->weightless, now, c->mode == TL_MOUNT_RISES);
     for (i = 0; i < p->joints; i++) e->matrix[row][i] = arms.arm[i] * by_motor[i];
@@ -342,12 +376,12 @@ static void set_mode(const tl_effect_dynamics *p, int k, const tl_motion *now, c
     for (i = 0; i < p->joints; i++) pull += arms.arm[i] * now->a[i];
     arm0 = arms.arm[0];
   }
-  /* what turns is pulled along by every other mode; sways and rises are across each other */
+  /* what turns is pulled along by every other mode; what the leg weighs does not change as it moves */
   for (i = 0; i < k; i++)
-    if (p->change[TL_MAX_JOINTS].mount[i].mode == TL_MOUNT_TURNS) e->matrix[row][p->joints + i] = arm0;
-  for (i = 0; i < k && c->mode == TL_MOUNT_TURNS; i++)
-    if (p->change[TL_MAX_JOINTS].mount[i].mode != TL_MOUNT_TURNS)
-      e->matrix[row][p->joints + i] = e->matrix[p->joints + i][0] / by_motor[0];
+    if (p->change[TL_MAX_JOINTS].mount[i].mode == TL_MOUNT_TURNS)
+      e->matrix[row][p->joints + i] = arm0 - p->mount_coupling[k];
+    else if (c->mode == TL_MOUNT_TURNS)
+      e->matrix[row][p->joints + i] = e->matrix[p->joints + i][0] / by_motor[0] - p->mount_coupling[i];
   for (i = 0; i < row; i++) e->matrix[i][row] = e->matrix[row][i];
   e->matrix[row][row] = whole;
   e->left[row] = -pull - stiffness * x - damping;

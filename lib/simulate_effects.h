@@ -18,11 +18,12 @@ typedef struct tl_effect_dynamics {
   tl_effect_change change[TL_MAX_JOINTS + 1]; /* of the joints, and of the base */
   int twists[TL_MAX_JOINTS];                  /* 1: the transmission is not rigid, but */
   tl_spring spring[TL_MAX_JOINTS];
-  int needs_rotor[TL_MAX_JOINTS]; /* 1: a friction's load leaves rotor inertia out */
-  int modes, moves;               /* of the mount; 1: one of them sways or rises */
-  double mount_inertia[TL_MOUNT_MODES];
-  tl_model link;       /* what lies beyond the transmissions, without friction */
-  tl_model weightless; /* where moves: for lever arms */
+  int needs_rotor[TL_MAX_JOINTS];        /* 1: a friction's load leaves rotor inertia out */
+  int modes, moves;                      /* of the mount; 1: one of them sways or rises */
+  double mount_inertia[TL_MOUNT_MODES];  /* of the mode, with the leg hanging from it */
+  double mount_coupling[TL_MOUNT_MODES]; /* with the knee, the leg hanging */
+  tl_model link;                         /* what lies beyond the transmissions, without friction */
+  tl_model weightless;                   /* where moves: for lever arms */
 } tl_effect_dynamics;
 
 /* everything but model and effects, which stand */

@@ -277,9 +277,8 @@ static tl_status make_truth(tl_twin *b) {
   int j;
 
   base = tl_effects_change(s->effect, s->effects, TL_MAX_JOINTS);
-  for (j = 0; j < base.mount_modes; j++)
-    if (j == TL_MOUNT_MODES || !(tl_simulation_mount_inertia(b->model, &base.mount[j]) > 0.0))
-      return TL_ERR_RANGE;
+  if (base.mount_modes > TL_MOUNT_MODES || !tl_simulation_mount_rings(b->model, base.mount, base.mount_modes))
+    return TL_ERR_RANGE;
   b->truth = *b->model;
   for (j = 0; j < tl_joint_count(b->model) && status == TL_OK; j++) {
     b->change[j] = tl_effects_change(s->effect, s->effects, j);

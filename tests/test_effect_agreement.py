@@ -52,9 +52,9 @@ def controlled(m):
     return control
 
 
-def simulate(m, effect, at, parameters):
-    """t, the motion (4 x 2 x n: q, v, a, slip) and the effect's own torque at both joints (2 x n)."""
-    s, keep = begin(m, reference(0.0), [0.0, 0.0], (effect, at, *values(effect, parameters)))
+def simulate(m, *effects):
+    """t, the motion (4 x 2 x n: q, v, a, slip) and the own torque of effects (name, joint, parameters) at both joints (2 x n)."""
+    s, keep = begin(m, reference(0.0), [0.0, 0.0], *[(effect, at, *values(effect, p)) for effect, at, p in effects])
     control = controlled(m)
     torque, plain = law(control), ffi.new("double[2]")
     t = np.arange(int(SECONDS * RATE_HZ)) / RATE_HZ
@@ -99,7 +99,7 @@ def difference(effect, at, parameters):
     """RMS of prediction less simulation over that of the effect's own torque at its joint, as it is and as the score sees
     it, and the effect's own."""
     m = leg()
-    t, motion, own, keep = simulate(m, effect, at, parameters)
+    t, motion, own, keep = simulate(m, (effect, at, parameters))
     joint = KNEE if at == BASE else at
     return shares(predicted(m, t, motion, keep, joint) - own[joint], own[joint], t, motion[1, joint])
 
@@ -185,6 +185,13 @@ def test_forward_time_and_recorded_motion_agree(effect, at, parameters, bar):
 
 def test_a_late_current_is_predicted_as_it_is_simulated(tmp_path):
     agrees_and_is_said("delay", KNEE, DELAY, delayed(tmp_path, DELAY), 2)
+
+
+def test_two_sways_of_one_mount_are_predicted_as_their_sum():
+    m, modes = leg(), [{**MOUNT, "sway_m_N": 2e-5}, {**MOUNT, "sway_m_N": 1e-5, "frequency_Hz": 11.0}]
+    t, motion, own, keep = simulate(m, *[("base_compliance", BASE, mode) for mode in modes])
+    said = sum(predicted(m, t, motion, [effect], KNEE) for effect in keep)
+    assert shares(said - own[KNEE], own[KNEE], t, motion[1, KNEE])[1] < 0.02
 
 
 @pytest.mark.parametrize("effect, at, parameters, bar", EXACT, ids=[f"{e}-{k}" for k, (e, *_) in enumerate(EXACT)])

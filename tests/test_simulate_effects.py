@@ -449,9 +449,83 @@ def test_a_mount_rings_at_its_frequency_with_the_leg_at_rest(hz, ratio):
     assert np.array(x) == pytest.approx(expected, abs=2e-6)
 
 
-def test_a_mount_that_cannot_ring_there_is_refused(tmp_path):
-    model = model_with(tmp_path / "e.yaml", "leg", ("base_compliance", "base",
-                       {"compliance_rad_Nm": 0.01, "frequency_Hz": 15.0, "damping_ratio": 0.05}))  # fmt: skip
+# of one mount: compliance that turns, sways and rises, frequency
+MODES = [
+    [(5e-4, 0.0, 0.0, 6.0), (3e-4, 0.0, 0.0, 9.0)],
+    [(0.0, 2e-5, 0.0, 6.0), (0.0, 1e-5, 0.0, 9.0)],
+    [(0.0, 0.0, 2e-5, 6.0), (0.0, 0.0, 2e-5, 7.0)],
+    [(5e-4, 0.0, 0.0, 7.0), (0.0, 2e-5, 0.0, 7.0)],
+    [(0.0, 2e-5, 0.0, 7.0), (5e-4, 0.0, 0.0, 7.0), (0.0, 0.0, 1e-5, 8.0), (2e-4, 0.0, 0.0, 11.0)],
+]
+
+
+@pytest.mark.parametrize("modes", MODES)
+def test_the_modes_of_one_mount_ring_side_by_side(modes):
+    """With the leg at rest, each at its own frequency, whatever the others do."""
+    m, ratio = leg(), 0.03
+    m.gravity_m_s2 = 0.0
+    for drive in m.drive:
+        drive.coulomb_Nm = 1e4  # both joints stick
+    s, _keep = begin(m, [0.0, 0.0], [0.0, 0.0], *[("base_compliance", BASE, *mode, ratio) for mode in modes])
+    s.link.begun = 1
+    for k in range(len(modes)):
+        s.link.q[BASE + k] = 1e-6 * (k + 1)
+    t, x = np.arange(1, 1001) * 1e-3, []
+    for until in t:
+        advance(m, s, until)
+        x.append(list(s.link.q)[BASE:BASE + len(modes)])
+    for k, w in enumerate(2 * math.pi * mode[3] for mode in modes):
+        decay, swing = ratio * w, w * math.sqrt(1 - ratio**2)
+        expected = 1e-6 * (k + 1) * np.exp(-decay * t) * (np.cos(swing * t) + decay / swing * np.sin(swing * t))
+        assert np.array(x)[:, k] == pytest.approx(expected, abs=2e-11)
+
+
+def mount_energy(m, s, modes):
+    """Of leg and mount: the leg on a base that turns and moves, and the inertia and springs of the modes beside it."""
+    x, v = (np.array(list(of))[BASE:BASE + len(modes)] for of in (s.link.q, s.link.v))
+    sort = [next(k for k in range(3) if mode[k] > 0.0) for mode in modes]
+    compliance = np.array([mode[k] for mode, k in zip(modes, sort, strict=True)])
+    inertia = np.diag(1.0 / (compliance * (2 * math.pi * np.array([mode[3] for mode in modes])) ** 2))
+    shank = m.shank_mass_kg * m.shank_com_m + m.ankle_motor_mass_kg * m.ankle_motor_com_m + m.foot_mass_kg * m.shank_length_m
+    foot, whole = m.foot_mass_kg * m.foot_com_m, ffi.new("double[4]")
+    lib.tl_inertia_matrix(m, [0.0, 0.0], whole)
+    hanging = (whole[0], shank + foot, 0.0)  # coupling of each sort with what turns, at rest
+    for i, j in np.ndindex(inertia.shape):
+        if i != j and 0 in (sort[i], sort[j]):
+            inertia[i, j] -= hanging[sort[i] or sort[j]]
+        elif i == j and sort[i] == 0:
+            inertia[i, i] -= hanging[0]
+    turned = ffi.new("tl_motion *", s.motion)
+    turned.q[0] += sum(x[k] for k in range(len(modes)) if sort[k] == 0)
+    turned.v[0] += sum(v[k] for k in range(len(modes)) if sort[k] == 0)
+    kinetic, potential = ffi.new("double *"), ffi.new("double *")
+    lib.tl_energy(m, turned, kinetic, potential)
+    absolute, rate = np.cumsum(list(turned.q)), np.cumsum(list(turned.v))
+    front = sum(mass * np.cos(a) * w for mass, a, w in zip((shank, foot), absolute, rate, strict=True))
+    up = sum(mass * np.sin(a) * w for mass, a, w in zip((shank, foot), absolute, rate, strict=True))
+    moved = sum(v[k] * (front, up)[sort[k] - 1] for k in range(len(modes)) if sort[k] > 0)
+    return kinetic[0] + potential[0] + moved + 0.5 * v @ inertia @ v + 0.5 * np.sum(x**2 / compliance)
+
+
+def test_modes_that_turn_sway_and_rise_keep_the_energy():
+    m, modes = leg(), MODES[-1]
+    for drive in m.drive:
+        drive.coulomb_Nm = drive.viscous_Nms_rad = 0.0
+    s, _keep = begin(m, [0.9, 0.2], [0.5, -3.0], *[("base_compliance", BASE, *mode, 0.0) for mode in modes])
+    advance(m, s, 0.01)
+    begun = mount_energy(m, s, modes)
+    for until in np.arange(0.02, 1.0, 0.01):
+        advance(m, s, until)
+        assert mount_energy(m, s, modes) == pytest.approx(begun, abs=1e-6)
+
+
+@pytest.mark.parametrize("modes", [
+    [{"compliance_rad_Nm": 0.01, "frequency_Hz": 15.0}],
+    [{"compliance_rad_Nm": 0.001, "frequency_Hz": 9.0}] * 2,  # each alone could
+    [{"compliance_rad_Nm": 0.0, "sway_m_N": 1e-6, "frequency_Hz": 9.0}] * 5,
+])  # fmt: skip
+def test_a_mount_that_cannot_ring_there_is_refused(tmp_path, modes):
+    model = model_with(tmp_path / "e.yaml", "leg", *[("base_compliance", "base", {**mode, "damping_ratio": 0.05}) for mode in modes])
     done = run("talus-sim", "--model", model, "--out", tmp_path / "r.csv", status=2)
     assert len(done.stderr.splitlines()) == 1
 

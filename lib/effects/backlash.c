@@ -12,10 +12,10 @@ static void change(const double *value, tl_effect_change *to) {
   if (!(value[SHARE] * shape[GAP] > 0.0)) return;
   to->gap_rad += value[SHARE] * shape[GAP];
   to->compliance_rad_Nm += 1.0 / shape[STIFFNESS];
-  if (shape[DAMPING] > to->damping_s) to->damping_s = shape[DAMPING];
-  if (shape[FRICTION_SHARE] > to->friction_share) to->friction_share = shape[FRICTION_SHARE];
-  if (shape[VISCOUS_SHARE] > to->viscous_share) to->viscous_share = shape[VISCOUS_SHARE];
-  to->motor_share = shape[MOTOR_SHARE];
+  tl_effect_larger(&to->damping_s, shape[DAMPING]);
+  tl_effect_larger(&to->friction_share, shape[FRICTION_SHARE]);
+  tl_effect_larger(&to->viscous_share, shape[VISCOUS_SHARE]);
+  tl_effect_larger(&to->motor_share, shape[MOTOR_SHARE]);
   to->drag_Nm += shape[DRAG];
 }
 

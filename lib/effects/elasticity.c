@@ -10,10 +10,10 @@ static void change(const double *value, tl_effect_change *to) {
 
   if (!(compliance > 0.0)) return;
   to->compliance_rad_Nm += compliance;
-  if (shape[DAMPING] > to->damping_s) to->damping_s = shape[DAMPING];
-  to->friction_share = shape[FRICTION_SHARE];
-  to->viscous_share = shape[VISCOUS_SHARE];
-  to->motor_share = shape[MOTOR_SHARE];
+  tl_effect_larger(&to->damping_s, shape[DAMPING]);
+  tl_effect_larger(&to->friction_share, shape[FRICTION_SHARE]);
+  tl_effect_larger(&to->viscous_share, shape[VISCOUS_SHARE]);
+  tl_effect_larger(&to->motor_share, shape[MOTOR_SHARE]);
   to->soft_rad = shape[SOFT];
   to->soft_loss = 1.0 - shape[SOFT_SHARE];
   to->hardening_Nm_rad3 = shape[HARDENING];

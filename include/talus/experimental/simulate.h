@@ -124,9 +124,9 @@ typedef struct tl_windows {
 /* Fills w->deviation. Errors of tl_simulation_init and tl_simulate. */
 TL_CHECK tl_status tl_simulate_windows(const tl_windows *w);
 
-/* Inertia [kg m^2], or mass [kg], of a mode of the mount, so that it rings at its frequency with the leg hanging from it: of a turning one without the
- * leg's, of one that sways or rises with it. Not positive where it cannot. */
-double tl_simulation_mount_inertia(const tl_model *m, const tl_effect_mount *mount);
+/* Can the mount's modes ring at their frequencies with the leg hanging from them? Not where that takes less than the
+ * leg's own inertia. */
+int tl_simulation_mount_rings(const tl_model *m, const tl_effect_mount *mount, int modes);
 
 #ifdef __cplusplus
 }
