@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "common/csv.h"
+#include "common/interval.h"
 
 #define NAME_SIZE 40
 #define FIRST_ROWS 4096
@@ -164,24 +165,10 @@ double trajectory_length_s(const struct trajectory *t) {
   return t->t_s[t->rows - 1];
 }
 
-/* the row at or before t_s, which lies between the ends; not the last row */
-static size_t row_before(const struct trajectory *t, double t_s) {
-  size_t low = 0, high = t->rows - 1;
-
-  while (high - low > 1) {
-    const size_t middle = low + (high - low) / 2;
-    if (t->t_s[middle] <= t_s)
-      low = middle;
-    else
-      high = middle;
-  }
-  return low;
-}
-
 void trajectory_at(const struct trajectory *t, double t_s, tl_motion *motion) {
   const double end_s = trajectory_length_s(t), at = t_s < 0.0 ? 0.0 : t_s > end_s ? end_s : t_s;
   const int rests = t_s <= 0.0 || t_s >= end_s;
-  const size_t i = row_before(t, at);
+  const size_t i = interval_of(t->t_s, t->rows, at);
   const double step = t->t_s[i + 1] - t->t_s[i], x = at - t->t_s[i], y = step - x;
 
   memset(motion, 0, sizeof *motion);

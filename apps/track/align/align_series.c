@@ -2,6 +2,7 @@
 #include <math.h>
 #include <stdlib.h>
 
+#include "common/interval.h"
 #include "track/align/align.h"
 
 #define STEP_S 0.02     /* of the coarse grid */
@@ -11,22 +12,9 @@
 #define NEAR_S 1.0      /* around an offset that is given */
 #define LEAST 0.5       /* correlation below which there is no motion in common */
 
-/* the last sample at or before t */
-static size_t before(const struct series *s, double t_s) {
-  size_t low = 0, high = s->n - 1;
-  while (high - low > 1) {
-    const size_t middle = low + (high - low) / 2;
-    if (s->t_s[middle] <= t_s)
-      low = middle;
-    else
-      high = middle;
-  }
-  return low;
-}
-
 int series_cubic(const struct series *s, double t_s, double *value, double *slope, double *widest) {
   if (s->n < 4 || t_s < s->t_s[0] || t_s > s->t_s[s->n - 1]) return -1;
-  size_t first = before(s, t_s);
+  size_t first = interval_of(s->t_s, s->n, t_s);
   first = first == 0 ? 0 : first - 1;
   if (first + 4 > s->n) first = s->n - 4;
   const double *t = s->t_s + first, *x = s->x + first;
