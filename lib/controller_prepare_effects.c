@@ -1,7 +1,7 @@
 /* controller_prepare_effects.c: effects in the form that a tick takes.
  *
- * Laws of the speed, of the angle or of the motor's torque become curves, sampled from the one law that tl_effect_law
- * holds; those that are linear in what a tick has at hand become numbers.
+ * Each kind says its form (tl_effect_fast). Laws of the speed, of the angle or of the motor's torque become curves, sampled
+ * from the one law that tl_effect_law holds; those that are linear in what a tick has at hand become numbers.
  */
 #include <math.h>
 #include <string.h>
@@ -10,39 +10,13 @@
 
 #define SLOPE_PART 1e-3 /* of a step, for the slope at a knot */
 
-enum form { FORM_NONE, FORM_SPEED, FORM_SPRING, FORM_POSITION, FORM_DROOP, FORM_NUMBERS, FORM_DRIVE };
-
-static const struct {
-  const char *name;
-  enum form form;
-} forms[] = {
-    {"stribeck", FORM_SPEED},          {"nonlinear_viscous", FORM_SPEED},
-    {"parallel_spring", FORM_SPRING},  {"position_friction", FORM_POSITION},
-    {"torque_saturation", FORM_DROOP}, {"asymmetric_friction", FORM_NUMBERS},
-    {"load_friction", FORM_NUMBERS},   {"directional_efficiency", FORM_NUMBERS},
-    {"gravity_tilt", FORM_NUMBERS},    {"current_offset", FORM_NUMBERS},
-    {"linkage_error", FORM_DRIVE},
-};
-
-static enum form form_of(const tl_effect *e) {
-  size_t i;
-
-  for (i = 0; i < sizeof forms / sizeof forms[0]; i++)
-    if (tl_effect_find(forms[i].name) == e->kind) return forms[i].form;
-  return FORM_NONE;
-}
-
-static int is_kind(const tl_effect *e, const char *name) {
-  return tl_effect_find(name) == e->kind;
-}
-
 /* ---- curves ------------------------------------------------------------------------- */
 
 /* a sum of effects of one form at one joint over one coordinate */
 typedef struct sampled {
   const tl_preparation *p;
   int joint;
-  enum form form;
+  tl_effect_fast form;
 } sampled;
 
 static double value_at(const sampled *f, double x) {
@@ -52,7 +26,7 @@ static double value_at(const sampled *f, double x) {
 
   for (i = 0; i < f->p->effects; i++) {
     const tl_effect *e = &f->p->effect[i];
-    if (e->joint != f->joint || form_of(e) != f->form) continue;
+    if (e->joint != f->joint || e->kind->fast != f->form) continue;
     tl_effect_law(e, &now, &torque, &friction);
     sum += torque + friction;
   }
@@ -97,14 +71,14 @@ static tl_status add_curve(tl_preparation *p, const sampled *f, double low, doub
   return finish(most, low, high, knot, curve);
 }
 
-/* the speed below which a Stribeck bend lies; a sixteenth of the range without one */
+/* the speed below which a law bends, as Stribeck's does; a sixteenth of the range without one */
 static double slow_speed(const tl_preparation *p, int joint, double limit) {
   double slow = limit / 16.0;
   int i;
 
   for (i = 0; i < p->effects; i++)
-    if (p->effect[i].joint == joint && is_kind(&p->effect[i], "stribeck")) {
-      double bend = 4.0 * p->effect[i].value[1];
+    if (p->effect[i].joint == joint && p->effect[i].kind->bends_below) {
+      double bend = 4.0 * p->effect[i].value[p->effect[i].kind->bends_below];
       slow = bend < slow ? bend : slow;
     }
   return slow;
@@ -114,7 +88,7 @@ static double slow_speed(const tl_preparation *p, int joint, double limit) {
 static tl_status add_speed_curves(tl_preparation *p, int joint) {
   const tl_controller_joint_settings *s = &p->settings->joint[joint];
   tl_controller_joint_f64 *to = &p->c->joint[joint];
-  sampled f = {p, joint, FORM_SPEED};
+  sampled f = {p, joint, TL_FAST_SPEED};
   double slow = slow_speed(p, joint, s->speed_limit_rad_s), most, beyond;
   tl_curve_knot_f64 *knot = p->knot;
   int n = TL_CONTROLLER_CURVE_KNOTS;
@@ -136,8 +110,8 @@ static tl_status add_speed_curves(tl_preparation *p, int joint) {
 static tl_status add_curves(tl_preparation *p, int joint) {
   const tl_controller_joint_settings *s = &p->settings->joint[joint];
   tl_controller_joint_f64 *to = &p->c->joint[joint];
-  sampled spring = {p, joint, FORM_SPRING}, position = {p, joint, FORM_POSITION},
-          droop = {p, joint, FORM_DROOP};
+  sampled spring = {p, joint, TL_FAST_SPRING}, position = {p, joint, TL_FAST_POSITION},
+          droop = {p, joint, TL_FAST_DROOP};
   double low = s->low_rad - s->slack_rad, high = s->high_rad + s->slack_rad;
   tl_status status = add_speed_curves(p, joint);
 
@@ -167,8 +141,8 @@ static double curve_error(const sampled *f, const tl_curve_f64 *curve, double mo
 double tl_controller_curves_error(const tl_preparation *p, const tl_controller_f64 *c, int joint) {
   const tl_controller_joint_f64 *j = &c->joint[joint];
   double share = p->settings->joint[joint].friction_share;
-  sampled speed = {p, joint, FORM_SPEED}, spring = {p, joint, FORM_SPRING},
-          position = {p, joint, FORM_POSITION};
+  sampled speed = {p, joint, TL_FAST_SPEED}, spring = {p, joint, TL_FAST_SPRING},
+          position = {p, joint, TL_FAST_POSITION};
   double slow, fast, per_share = share > 0.0 ? 1.0 / share : 0.0;
 
   slow = curve_error(&speed, &j->slow, j->speed_scale * per_share);
@@ -181,46 +155,31 @@ double tl_controller_curves_error(const tl_preparation *p, const tl_controller_f
 
 /* ---- numbers ------------------------------------------------------------------------ */
 
-/* a load read in another way than from inertia and gravity has no fast form */
-static int load_is_plain(const tl_effect *e) {
-  int i;
-
-  for (i = e->kind->strengths; i < e->kind->strengths + e->kind->shapes; i++)
-    if (tl_effect_says(e, i)) return 0;
-  return 1;
-}
-
-static void add_load(tl_controller_joint_f64 *to, double share, double driving, double back_driving) {
-  to->load_even += 0.5 * share * (driving + back_driving);
-  to->load_odd += 0.5 * share * (driving - back_driving);
-}
-
-/* at a joint; friction[0] of the last two kinds is the coefficient: docs/effects.md has the laws */
-static tl_status add_joint_numbers(tl_controller_joint_f64 *to, const tl_effect *e, double share) {
-  if (is_kind(e, "asymmetric_friction")) {
-    to->asymmetry_Nm += share * e->value[0];
-    to->viscous_asymmetry += share * e->value[1];
-    to->uses |= TL_CONTROLLER_USES_ASYMMETRY;
-  } else if (is_kind(e, "current_offset")) {
-    to->offset_Nm += e->value[0];
-    to->uses |= TL_CONTROLLER_USES_OFFSET;
-  } else {
-    if (!load_is_plain(e)) return TL_ERR_UNSUPPORTED;
-    add_load(to, share, e->value[0], is_kind(e, "load_friction") ? e->value[0] : e->value[1]);
-    to->uses |= TL_CONTROLLER_USES_LOAD;
-  }
-  return TL_OK;
+static void add_joint_numbers(tl_controller_joint_f64 *to, const tl_effect_numbers *from, double share) {
+  to->asymmetry_Nm += share * from->asymmetry_Nm;
+  to->viscous_asymmetry += share * from->asymmetry_Nms_rad;
+  to->load_even += 0.5 * share * (from->driving + from->back_driving);
+  to->load_odd += 0.5 * share * (from->driving - from->back_driving);
+  to->offset_Nm += from->offset_Nm;
+  if (from->asymmetry_Nm != 0.0 || from->asymmetry_Nms_rad != 0.0) to->uses |= TL_CONTROLLER_USES_ASYMMETRY;
+  if (from->driving != 0.0 || from->back_driving != 0.0) to->uses |= TL_CONTROLLER_USES_LOAD;
+  if (from->offset_Nm != 0.0) to->uses |= TL_CONTROLLER_USES_OFFSET;
 }
 
 static tl_status add_numbers(tl_preparation *p, const tl_effect *e) {
   tl_controller_f64 *c = p->c;
+  tl_effect_numbers numbers;
+  tl_status status;
+  int j;
 
-  if (e->joint < TL_CONTROLLER_JOINTS)
-    return add_joint_numbers(&c->joint[e->joint], e, p->settings->joint[e->joint].friction_share);
-  /* gravity_tilt */
-  c->tilt_shank += e->value[0] * c->gravity_shank;
-  c->tilt_foot += e->value[0] * c->gravity_foot;
-  c->tilted = 1;
+  memset(&numbers, 0, sizeof numbers);
+  status = e->kind->numbers(e, &numbers);
+  if (status != TL_OK) return status;
+  for (j = 0; j < TL_CONTROLLER_JOINTS; j++)
+    if (tl_effect_at(e, j)) add_joint_numbers(&c->joint[j], &numbers, p->settings->joint[j].friction_share);
+  c->tilt_shank += numbers.tilt_rad * c->gravity_shank;
+  c->tilt_foot += numbers.tilt_rad * c->gravity_foot;
+  c->tilted |= numbers.tilt_rad != 0.0;
   return TL_OK;
 }
 
@@ -231,8 +190,9 @@ tl_status tl_controller_true_drives(const tl_preparation *p, const tl_model *mod
   int i, j;
 
   for (i = 0; i < p->effects; i++) {
+    const tl_effect *e = &p->effect[i];
     tl_status status =
-        form_of(&p->effect[i]) == FORM_NONE ? TL_ERR_UNSUPPORTED : tl_effect_check(&p->effect[i], model);
+        !e->kind || e->kind->fast == TL_FAST_NONE ? TL_ERR_UNSUPPORTED : tl_effect_check(e, model);
     *refused = i;
     if (status != TL_OK) return status;
   }
@@ -250,7 +210,7 @@ tl_status tl_controller_true_drives(const tl_preparation *p, const tl_model *mod
 /* With droop and offset the current's limit is reached at less torque: halve the interval until it is found */
 static void keep_current(tl_preparation *p, int joint) {
   tl_controller_joint_f64 *to = &p->c->joint[joint];
-  sampled droop = {p, joint, FORM_DROOP};
+  sampled droop = {p, joint, TL_FAST_DROOP};
   double most = p->settings->joint[joint].current_limit_A / to->amperes_per_Nm - fabs(to->offset_Nm);
   double low = 0.0, high = to->torque_limit_Nm;
   int i;
@@ -273,7 +233,7 @@ tl_status tl_controller_add_effects(tl_preparation *p, int *refused) {
   for (i = 0; i < p->effects; i++) {
     tl_status status = TL_OK;
 
-    if (form_of(&p->effect[i]) == FORM_NUMBERS) status = add_numbers(p, &p->effect[i]);
+    if (p->effect[i].kind->fast == TL_FAST_NUMBERS) status = add_numbers(p, &p->effect[i]);
     *refused = i;
     if (status != TL_OK) return status;
   }

@@ -33,5 +33,7 @@ static inline void tl_effect_larger(double *to, double value) {
 
 /* The load that friction grows with: with so much of the rotor's and of the plain friction's share. */
 double tl_effect_load(const tl_effect_instant *now, double rotor_share, double friction_share);
+/* is it that of inertia and gravity, and nothing else said of it? */
+int tl_effect_load_is_plain(const tl_effect *e);
 
 #endif

@@ -63,8 +63,17 @@ def test_a_kinds_file_is_its_only_place_in_c():
     sources = [path for folder in ("lib", "apps", "include") for path in (REPOSITORY / folder).rglob("*.[ch]")]
     comments = re.compile(r"/\*.*?\*/", re.DOTALL)
     naming = {path for path in sources if named.search(comments.sub("", path.read_text()))}
-    # the controller's table of the effects that one tick computes; it refuses all others by name
-    assert naming == {*(REPOSITORY / "lib" / "effects").glob("*.c"), REPOSITORY / "lib" / "controller_prepare_effects.c"}
+    assert naming == set((REPOSITORY / "lib" / "effects").glob("*.c"))
+
+
+def test_the_page_of_the_controller_names_the_effects_that_have_a_fast_form():
+    section = (REPOSITORY / "docs" / "controller.md").read_text().split("\n## Effects\n")[1].split("What has a")[0]
+    fast = {name for name, kind in kinds().items() if kind.fast != lib.TL_FAST_NONE}
+    assert set(re.findall(r"`(\w+)`", section)) == fast
+    for name in fast:
+        kind = kinds()[name]
+        assert bool(kind.numbers) == (kind.fast == lib.TL_FAST_NUMBERS), name
+        assert bool(kind.law) == (kind.fast != lib.TL_FAST_DRIVE), name
 
 
 def test_laws_against_their_formulas():

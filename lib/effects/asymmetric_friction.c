@@ -14,6 +14,12 @@ static void law(const tl_effect_instant *now, const double *shape, double *torqu
   friction[VISCOUS] = 0.0;
 }
 
+static tl_status numbers(const tl_effect *e, tl_effect_numbers *to) {
+  to->asymmetry_Nm = e->value[COULOMB];
+  to->asymmetry_Nms_rad = e->value[VISCOUS];
+  return TL_OK;
+}
+
 const tl_effect_kind tl_effect_asymmetric_friction = {
     .name = "asymmetric_friction",
     .order = 30,
@@ -27,4 +33,6 @@ const tl_effect_kind tl_effect_asymmetric_friction = {
     .parameter = {[COULOMB] = {"coulomb_Nm", -100.0, 100.0, 0.2, 0, 0.0},
                   [VISCOUS] = {"viscous_Nms_rad", -1000.0, 1000.0, 0.1, 0, 0.0}},
     .law = law,
+    .fast = TL_FAST_NUMBERS,
+    .numbers = numbers,
 };

@@ -9,6 +9,11 @@ static void law(const tl_effect_instant *now, const double *shape, double *torqu
   friction[TORQUE] = 0.0;
 }
 
+static tl_status numbers(const tl_effect *e, tl_effect_numbers *to) {
+  to->offset_Nm = e->value[TORQUE];
+  return TL_OK;
+}
+
 const tl_effect_kind tl_effect_current_offset = {
     .name = "current_offset",
     .order = 110,
@@ -20,4 +25,6 @@ const tl_effect_kind tl_effect_current_offset = {
     .shapes = 0,
     .parameter = {[TORQUE] = {"torque_Nm", -100.0, 100.0, 0.01, 0, 0.0}},
     .law = law,
+    .fast = TL_FAST_NUMBERS,
+    .numbers = numbers,
 };

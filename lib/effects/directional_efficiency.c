@@ -16,6 +16,13 @@ static void law(const tl_effect_instant *now, const double *shape, double *torqu
   friction[BACK_DRIVING] = driving ? 0.0 : load;
 }
 
+static tl_status numbers(const tl_effect *e, tl_effect_numbers *to) {
+  if (!tl_effect_load_is_plain(e)) return TL_ERR_UNSUPPORTED;
+  to->driving = e->value[DRIVING];
+  to->back_driving = e->value[BACK_DRIVING];
+  return TL_OK;
+}
+
 const tl_effect_kind tl_effect_directional_efficiency = {
     .name = "directional_efficiency",
     .order = 70,
@@ -32,4 +39,6 @@ const tl_effect_kind tl_effect_directional_efficiency = {
                   [STRENGTHS + ROTOR_SHARE] = {"rotor_share", 0.0, 1.0, 1.0, TL_DEFAULT(1.0)},
                   [STRENGTHS + FRICTION_SHARE] = {"friction_share", 0.0, 1.0, 0.0, TL_DEFAULT(0.0)}},
     .law = law,
+    .fast = TL_FAST_NUMBERS,
+    .numbers = numbers,
 };

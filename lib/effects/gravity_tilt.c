@@ -9,6 +9,11 @@ static void law(const tl_effect_instant *now, const double *shape, double *torqu
   friction[TILT] = 0.0;
 }
 
+static tl_status numbers(const tl_effect *e, tl_effect_numbers *to) {
+  to->tilt_rad = e->value[TILT];
+  return TL_OK;
+}
+
 const tl_effect_kind tl_effect_gravity_tilt = {
     .name = "gravity_tilt",
     .order = 120,
@@ -20,4 +25,6 @@ const tl_effect_kind tl_effect_gravity_tilt = {
     .shapes = 0,
     .parameter = {[TILT] = {"tilt_rad", -0.3, 0.3, 0.03, 0, 0.0}},
     .law = law,
+    .fast = TL_FAST_NUMBERS,
+    .numbers = numbers,
 };

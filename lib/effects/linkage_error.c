@@ -85,4 +85,5 @@ const tl_effect_kind tl_effect_linkage_error = {
     .change = change,
     .columns = columns,
     .exact = 1,
+    .fast = TL_FAST_DRIVE,
 };

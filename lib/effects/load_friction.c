@@ -14,6 +14,14 @@ double tl_effect_load(const tl_effect_instant *now, double rotor_share, double f
   return now->load_Nm - (1.0 - rotor_share) * now->rotor_Nm + friction_share * now->friction_Nm;
 }
 
+int tl_effect_load_is_plain(const tl_effect *e) {
+  int i;
+
+  for (i = e->kind->strengths; i < e->kind->strengths + e->kind->shapes; i++)
+    if (tl_effect_says(e, i)) return 0;
+  return 1;
+}
+
 static void law(const tl_effect_instant *now, const double *shape, double *torque, double *friction) {
   double carried = tl_effect_load(now, shape[ROTOR_SHARE], shape[FRICTION_SHARE]), load = fabs(carried);
   double own = shape[OWN_COEFFICIENT], level = load;
@@ -21,6 +29,12 @@ static void law(const tl_effect_instant *now, const double *shape, double *torqu
   if (shape[EXPONENT] != 1.0) level = load * tl_pow(load / shape[SCALE], shape[EXPONENT] - 1.0);
   torque[COEFFICIENT] = own * carried / (1.0 - own * own);
   friction[COEFFICIENT] = level / (1.0 - own * own);
+}
+
+static tl_status numbers(const tl_effect *e, tl_effect_numbers *to) {
+  if (!tl_effect_load_is_plain(e)) return TL_ERR_UNSUPPORTED;
+  to->driving = to->back_driving = e->value[COEFFICIENT];
+  return TL_OK;
 }
 
 const tl_effect_kind tl_effect_load_friction = {
@@ -43,4 +57,6 @@ const tl_effect_kind tl_effect_load_friction = {
                   /* where it carries itself */
                   [STRENGTHS + OWN_COEFFICIENT] = {"own_coefficient", 0.0, 0.6, 0.0, TL_DEFAULT(0.0)}},
     .law = law,
+    .fast = TL_FAST_NUMBERS,
+    .numbers = numbers,
 };

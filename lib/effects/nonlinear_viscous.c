@@ -31,4 +31,5 @@ const tl_effect_kind tl_effect_nonlinear_viscous = {
                   /* above 0 in the exponent's place */
                   [STRENGTHS + SATURATION] = {"saturation_rad_s", 0.0, 100.0, 0.0, TL_DEFAULT(0.0)}},
     .law = law,
+    .fast = TL_FAST_SPEED,
 };

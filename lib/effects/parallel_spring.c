@@ -35,4 +35,5 @@ const tl_effect_kind tl_effect_parallel_spring = {
                   /* below 0: met from above */
                   [STRENGTHS + BUMPER_SIDE] = {"bumper_side", -1.0, 1.0, 1.0, TL_DEFAULT(1.0)}},
     .law = law,
+    .fast = TL_FAST_SPRING,
 };

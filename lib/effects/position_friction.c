@@ -42,4 +42,5 @@ const tl_effect_kind tl_effect_position_friction = {
                   /* of the polynomial, to each side; 0: any */
                   [STRENGTHS + RANGE] = {"range_rad", 0.0, 1000.0, 0.0, TL_DEFAULT(0.0)}},
     .law = law,
+    .fast = TL_FAST_POSITION,
 };

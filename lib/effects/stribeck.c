@@ -27,4 +27,6 @@ const tl_effect_kind tl_effect_stribeck = {
                   [STRENGTHS + SPEED] = {"speed_rad_s", 0.0002, 10.0, 0.1, 0, 0.0},
                   [STRENGTHS + EXPONENT] = {"exponent", 0.5, 2.0, 2.0, 0, 0.0}},
     .law = law,
+    .fast = TL_FAST_SPEED,
+    .bends_below = STRENGTHS + SPEED,
 };

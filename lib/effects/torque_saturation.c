@@ -30,4 +30,5 @@ const tl_effect_kind tl_effect_torque_saturation = {
                   [STRENGTHS + EXPONENT] = {"exponent", 0.0, 8.0, 1.0, 0, 0.0},
                   [STRENGTHS + BEGIN] = {"begin_Nm", 0.0, 1e4, 0.0, TL_DEFAULT(0.0)}},
     .law = law,
+    .fast = TL_FAST_DROOP,
 };

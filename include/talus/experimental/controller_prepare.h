@@ -11,10 +11,9 @@
  *     tl_curve_knot_f32 knot_f32[TL_CONTROLLER_KNOTS];
  *     tl_controller_to_f32(&leg, knot_f32, &leg_f32);
  *
- * Effects with a law of the instant are in it: stribeck, nonlinear_viscous, asymmetric_friction, load_friction and
- * directional_efficiency (of the plain load), position_friction, parallel_spring, gravity_tilt, current_offset,
- * torque_saturation; and linkage_error, which changes the ratio. What has a memory, a delay, a temperature or ripples of
- * the motor's turn has no fast form and is refused by its place in the list.
+ * Effects are in it whose kind says a fast form (tl_effect_fast): laws of speed, angle or motor torque, shares of the plain
+ * load, offsets, and errors of the linkage. What has a memory, a delay, a temperature or ripples of the motor's turn is
+ * refused by its place in the list.
  */
 #ifndef TALUS_CONTROLLER_PREPARE_H
 #define TALUS_CONTROLLER_PREPARE_H

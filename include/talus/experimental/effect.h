@@ -162,6 +162,27 @@ typedef struct tl_effect_wanted {
   double *shown[TL_EFFECT_CHANNELS]; /* by channel: column k at shown + k n. NULL: not asked for. */
 } tl_effect_wanted;
 
+/* The form in which a controller's tick takes an effect (controller_prepare.h): a curve that is sampled from its law, or
+ * numbers that stand before what a tick has at hand. */
+typedef enum tl_effect_fast {
+  TL_FAST_NONE = 0, /* none: it has a memory, a delay, a temperature or a ripple of the motor's turn */
+  TL_FAST_SPEED,    /* friction over |speed| */
+  TL_FAST_SPRING,   /* torque over the angle */
+  TL_FAST_POSITION, /* level of friction over the angle */
+  TL_FAST_DROOP,    /* what the current shows more, over the motor's torque */
+  TL_FAST_NUMBERS,  /* see tl_effect_numbers */
+  TL_FAST_DRIVE     /* it changes the linkage, which is a table in any case */
+} tl_effect_fast;
+
+typedef struct tl_effect_numbers {
+  double asymmetry_Nm, asymmetry_Nms_rad; /* half the difference of friction between the directions */
+  double driving, back_driving;           /* shares of the load that are friction */
+  double offset_Nm;                       /* of the motor's torque as the current shows it */
+  double tilt_rad;                        /* of gravity */
+} tl_effect_numbers;
+
+struct tl_effect;
+
 typedef struct tl_effect_kind {
   const char *name;    /* id of the catalogue */
   int order;           /* place in the table and in reports, counted from 1; 0: after all others, by name */
@@ -183,8 +204,12 @@ typedef struct tl_effect_kind {
   void (*change)(const double *value, tl_effect_change *to);
   void (*columns)(tl_effect_prepared *p, int joint, const double *shape, const tl_effect_wanted *wanted);
   double memory_s; /* how far back its columns look */
-  int bridged;     /* 1: its columns of torques have been taken through short stops already */
-  int exact;       /* 1: prediction makes the change itself (time, linkage) instead of adding columns */
+  tl_effect_fast fast;
+  int bends_below; /* of TL_FAST_SPEED: number of the parameter whose speed its law bends about; 0: none */
+  /* Of TL_FAST_NUMBERS, into zeros. TL_ERR_UNSUPPORTED where its shapes have no such form. */
+  tl_status (*numbers)(const struct tl_effect *e, tl_effect_numbers *to);
+  int bridged; /* 1: its columns of torques have been taken through short stops already */
+  int exact;   /* 1: prediction makes the change itself (time, linkage) instead of adding columns */
 } tl_effect_kind;
 
 /* One effect of a model: kind, joint (0 or 1; TL_MAX_JOINTS for the base) and parameters. */
