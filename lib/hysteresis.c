@@ -130,7 +130,13 @@ static link_step step_of(const link_state *s, double h) {
   return step;
 }
 
-/* Friction takes the link along with its motor, at the most to the motor's speed; its torque on the link. */
+/* The motor's speed over a step: amid it, and at its end. */
+typedef struct {
+  double amid, end;
+} motor_speed;
+
+/* Friction takes the link along with its motor, at the most to the speed that the motor ends the step with: a link that kept
+ * to the speed amid the step would fall behind by half a step of every change of speed. Its torque on the link. */
 static double drag_link(link_state *s, const link_step *step, double motor) {
   double change = motor - s->speed;
 
@@ -156,16 +162,16 @@ static double contact(const link_state *s, const link_step *step, double beyond,
   return s->half > 0.0 && force * beyond > 0.0 ? 0.0 : force;
 }
 
-/* One step, with motor and load amid it; the spring's torque on the link amid it. */
-static double step_over(link_state *s, const link_step *step, double motor, double load) {
-  double beyond, force = 0.0;
+/* One step, with the load amid it; the spring's torque on the link amid it. */
+static double step_over(link_state *s, const link_step *step, motor_speed speed, double load) {
+  double motor = speed.amid, beyond, force = 0.0;
 
   s->angle += 0.5 * step->h * (s->speed - motor);
   beyond = beyond_gap(s->angle, s->half);
   load += s->load_stiffness * s->angle + s->load_damping * (s->speed - motor);
   if (beyond != 0.0) force = contact(s, step, beyond, motor, load);
   s->speed += step->h_over_inertia * (force - load);
-  if (step->drag > 0.0) force += drag_link(s, step, motor);
+  if (step->drag > 0.0) force += drag_link(s, step, speed.end);
   s->speed -= s->speed > step->dry ? step->dry : s->speed < -step->dry ? -step->dry : s->speed;
   s->speed *= step->slow;
   s->angle += 0.5 * step->h * (s->speed - motor);
@@ -183,13 +189,14 @@ static double meeting(const link_state *s, double h, double motor) {
 }
 
 /* A step in which teeth meet or part is cut there: a push for the rest of it alone. */
-static double step_link(link_state *s, const link_step *step, double motor, double load) {
-  double share = s->half > 0.0 ? meeting(s, step->h, motor) : 0.0, force;
+static double step_link(link_state *s, const link_step *step, motor_speed motor, double load) {
+  double share = s->half > 0.0 ? meeting(s, step->h, motor.amid) : 0.0, force;
+  motor_speed first = {motor.amid, motor.amid + (2.0 * share - 1.0) * (motor.end - motor.amid)};
   link_step part;
 
   if (share == 0.0) return step_over(s, step, motor, load);
   part = step_of(s, share * step->h);
-  force = share * step_over(s, &part, motor, load);
+  force = share * step_over(s, &part, first, load);
   part = step_of(s, (1.0 - share) * step->h);
   return force + (1.0 - share) * step_over(s, &part, motor, load);
 }
@@ -225,8 +232,9 @@ static void step_sample(link_state *s, int count, double h_s, const double v[2],
   memset(half, 0, 2 * sizeof *half);
   for (part = 0; part < count; part++) {
     double w = (part + 0.5) / count, before = s->speed;
+    motor_speed motor = {value_at(v, bulge, w), value_at(v, bulge, (part + 1.0) / count)};
     half_sample *h = &half[2 * part >= count];
-    h->torque += step_link(s, &step, value_at(v, bulge, w), value_at(load, load_bulge, w));
+    h->torque += step_link(s, &step, motor, value_at(load, load_bulge, w));
     h->speed += s->speed - before;
   }
 }

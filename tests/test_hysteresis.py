@@ -92,6 +92,15 @@ def test_friction_in_the_gap_takes_the_link_along():
     assert -gap / 2 - 0.8 / 400 <= angle[-1] <= -gap / 2 - 0.5 / 400  # the spring carries what friction leaves
 
 
+def test_a_link_that_friction_holds_keeps_its_place_while_the_motor_speeds_up():
+    n, step_s, w = 400, 0.002, 9.0
+    shape = {"stiffness_Nm_rad": 400.0, "gap_rad": 0.02, "inertia_kg_m2": 0.02, "drag_Nm": 3.0, "step_s": step_s}
+    t_s = step_s * np.arange(n)
+    angle, torque = link_along(shape, 0.3 * np.sin(w * t_s), 0.3 * w * np.cos(w * t_s), np.zeros(n))
+    assert np.abs(angle).max() < 1e-5  # of 5.4 rad/s that the speed changes by
+    assert torque[1:-1] == pytest.approx(-0.02 * 0.3 * w**2 * np.sin(w * t_s[1:-1]), abs=2e-4)
+
+
 @pytest.mark.parametrize("load", [0.2, 1.5, 6.0])
 def test_a_spring_may_be_soft_at_first_and_harden(load):
     n, k, soft, share, cube = 8000, 500.0, 0.002, 0.4, 2e6
