@@ -52,24 +52,41 @@ typedef struct plant {
 } plant;
 
 /* speed, acceleration and slip at a contact */
-static double speed_at(const point *x, int c) {
+static double speed_at(const plant *p, const point *x, int c) {
+  if (c >= TL_CONTACT_DRAG)
+    return tl_effect_dynamics_speed(&p->acting, c - TL_CONTACT_DRAG, &x->motion) -
+           x->link.v[c - TL_CONTACT_DRAG];
   return c < TL_CONTACT_LINK ? x->motion.v[c] : x->link.v[c - TL_CONTACT_LINK];
 }
 
 static double acceleration_at(const point *x, int c) {
+  if (c >= TL_CONTACT_DRAG) return x->link.drag_a[c - TL_CONTACT_DRAG];
   return c < TL_CONTACT_LINK ? x->motion.a[c] : x->link.a[c - TL_CONTACT_LINK];
 }
 
 static double slip_at(const point *x, int c) {
+  if (c >= TL_CONTACT_DRAG) return x->link.drag_slip[c - TL_CONTACT_DRAG];
   return c < TL_CONTACT_LINK ? x->motion.slip[c] : x->link.slip[c - TL_CONTACT_LINK];
 }
 
-static void stop_at(point *x, int c) {
-  *(c < TL_CONTACT_LINK ? &x->motion.v[c] : &x->link.v[c - TL_CONTACT_LINK]) = 0.0;
+/* motor and link get one speed: 0 where the link rests */
+static void join_at(const plant *p, point *x, int joint) {
+  if (x->link.v[joint] == 0.0)
+    x->motion.v[joint] = 0.0;
+  else
+    x->link.v[joint] = tl_effect_dynamics_speed(&p->acting, joint, &x->motion);
+}
+
+static void stop_at(const plant *p, point *x, int c) {
+  if (c >= TL_CONTACT_DRAG)
+    join_at(p, x, c - TL_CONTACT_DRAG);
+  else
+    *(c < TL_CONTACT_LINK ? &x->motion.v[c] : &x->link.v[c - TL_CONTACT_LINK]) = 0.0;
 }
 
 /* is there dry friction at a contact, so that it can stick? */
 static int is_dry(const plant *p, int c) {
+  if (c >= TL_CONTACT_DRAG) return tl_effect_dynamics_drag(&p->acting, c - TL_CONTACT_DRAG) > 0.0;
   if (c >= TL_CONTACT_LINK) return tl_effect_dynamics_link_friction(&p->acting, c - TL_CONTACT_LINK) > 0.0;
   return tl_effect_dynamics_is_dry(&p->acting, c);
 }
@@ -154,7 +171,7 @@ static void link_along(tl_link_state *y, double h, const tl_link_state *slope) {
     y->q[j] += h * slope->v[j];
     y->v[j] += h * slope->a[j];
   }
-  for (j = 0; j < TL_LINK_MEMORIES; j++) y->z[j] += h * slope->z_rate[j];
+  for (j = 0; j < TL_MAX_JOINTS; j++) y->z[j] += h * slope->z_rate[j];
 }
 
 /* from x along the rates of `slope` for a time h */
@@ -178,7 +195,7 @@ static void add_link(tl_link_state *mean, double weight, const tl_link_state *ra
     mean->v[j] += weight * rates->v[j];
     mean->a[j] += weight * rates->a[j];
   }
-  for (j = 0; j < TL_LINK_MEMORIES; j++) mean->z_rate[j] += weight * rates->z_rate[j];
+  for (j = 0; j < TL_MAX_JOINTS; j++) mean->z_rate[j] += weight * rates->z_rate[j];
 }
 
 /* the rates of the classical Runge-Kutta step, from those at its four points */
@@ -223,7 +240,7 @@ static double difference(const point *fourth, const point *end) {
 
   for (j = 0; j < TL_LINK_BODIES; j++) worst = larger(worst, fourth->link.a[j], end->link.a[j]);
   for (j = 0; j < TL_MAX_JOINTS; j++) worst = larger(worst, fourth->motion.a[j], end->motion.a[j]);
-  for (j = 0; j < TL_LINK_MEMORIES; j++) worst = larger(worst, fourth->link.z_rate[j], end->link.z_rate[j]);
+  for (j = 0; j < TL_MAX_JOINTS; j++) worst = larger(worst, fourth->link.z_rate[j], end->link.z_rate[j]);
   return worst;
 }
 
@@ -261,10 +278,10 @@ static tl_status try_step(attempt *a, double *h) {
 /* ---- changes of mode ----------------------------------------------------------- */
 
 /* how far contact c is into what its mode forbids: > 0 means that a change lies behind */
-static double trespass(tl_joint_mode mode, int c, const point *x) {
+static double trespass(const plant *p, tl_joint_mode mode, int c, const point *x) {
   if (mode == TL_MODE_FREE) return -1.0;
   if (mode == TL_MODE_STICK) return fabs(slip_at(x, c)) - 1.0;
-  return -(double)mode * speed_at(x, c);
+  return -(double)mode * speed_at(p, x, c);
 }
 
 /* The length at which contact c's trespass begins, within TL_EVENT_TIME_S: it is <= 0 at no length and
@@ -280,7 +297,7 @@ static tl_status locate(attempt *a, int c, double at_low, double at_high, double
     if (i % 3 == 2 || !(h > low && h < *high)) h = 0.5 * (low + *high);
     status = try_length(a, h);
     if (status != TL_OK) return status;
-    value = trespass(a->mode[c], c, &a->end);
+    value = trespass(a->p, a->mode[c], c, &a->end);
     if (value > 0.0) {
       *high = h;
       at_high = value;
@@ -307,11 +324,11 @@ static tl_status first_change(attempt *a, double *h, int *changed) {
   *changed = 0;
   for (k = 0; k < a->p->contacts; k++) {
     int c = a->p->contact[k];
-    double beyond = trespass(a->mode[c], c, &end);
+    double beyond = trespass(a->p, a->mode[c], c, &end);
     tl_status status;
     at[k] = whole;
     if (!(beyond > 0.0)) continue;
-    status = locate(a, c, trespass(a->mode[c], c, a->begin), beyond, &at[k]);
+    status = locate(a, c, trespass(a->p, a->mode[c], c, a->begin), beyond, &at[k]);
     if (status != TL_OK) return status;
     *changed |= 1 << c;
     if (at[k] < *h) *h = at[k];
@@ -327,7 +344,7 @@ static int is_consistent(const plant *p, const tl_joint_mode *mode, const point 
 
   for (k = 0; k < p->contacts; k++) {
     int c = p->contact[k];
-    if (mode[c] == TL_MODE_FREE || speed_at(x, c) != 0.0) continue;
+    if (mode[c] == TL_MODE_FREE || speed_at(p, x, c) != 0.0) continue;
     if (mode[c] == TL_MODE_STICK && !(fabs(slip_at(x, c)) <= 1.0 + tolerance)) return 0;
     if (mode[c] != TL_MODE_STICK && !((double)mode[c] * acceleration_at(x, c) > 0.0)) return 0;
   }
@@ -340,7 +357,7 @@ static int moving_modes(const plant *p, const point *x, tl_joint_mode *mode, int
 
   for (k = 0; k < p->contacts; k++) {
     int c = p->contact[k];
-    double v = speed_at(x, c);
+    double v = speed_at(p, x, c);
     if (!is_dry(p, c))
       mode[c] = TL_MODE_FREE;
     else if (v != 0.0)
@@ -428,8 +445,10 @@ static tl_status advance(const plant *p, double step_s, double until_s, tl_simul
   if (status != TL_OK) return status;
   if (!is_sound(&a.end)) return TL_ERR_NOT_FINITE;
   copy_point(x, &a.end);
-  for (k = 0; k < p->contacts; k++)
-    if (*changed >> p->contact[k] & 1) stop_at(x, p->contact[k]);
+  for (k = 0; k < p->contacts; k++) {
+    int c = p->contact[k], joined = c >= TL_CONTACT_DRAG && s->mode[c] == TL_MODE_STICK;
+    if (joined || (*changed >> c & 1)) stop_at(p, x, c);
+  }
   keep(s, *changed == 0 && !(steps > 1.0) ? until_s : s->t_s + h, x);
   return TL_OK;
 }
@@ -451,6 +470,8 @@ static void set_plant(plant *p, const tl_model *m, tl_torque_law law, const void
   for (j = 0; j < p->joints; j++)
     if (tl_effect_dynamics_link_friction(&p->acting, j) > 0.0)
       p->contact[p->contacts++] = TL_CONTACT_LINK + j;
+  for (j = 0; j < p->joints; j++)
+    if (tl_effect_dynamics_drag(&p->acting, j) > 0.0) p->contact[p->contacts++] = TL_CONTACT_DRAG + j;
 }
 
 /* a rigid joint ahead of its motor's motion */

@@ -11,8 +11,8 @@
  *
  * Where a transmission twists, all this happens on the motor's side, a body of its own with the motor's
  * inertia I: I a = D - T - f - S - G, S the torque of the twisted spring (tl_spring_torque) and G that of dry friction
- * between motor and link, which then move the link, whose own friction stands against it. The latter acts
- * through a memory (tl_dahl_rate) of a travel far below what a sensor shows.
+ * between motor and link, which then move the link, whose own friction stands against it. Where that friction sticks, G is
+ * what keeps both together: one body, unless one of them is held; where both are, the motor's own friction comes first.
  * A joint that runs ahead of its motor by e(q) stands at q + e: with J = 1 + e' its torque and inertia come back to the
  * motor as J T and J M J, by virtual work.
  * A mount that turns by x adds to every absolute angle: the leg moves as if its knee stood at q_0 + x, and its row of
@@ -34,7 +34,6 @@
 #define LOAD_TOLERANCE 1e-13
 #define MAX_ROTOR_STEPS 30
 #define ROTOR_TOLERANCE 1e-12
-#define DRAG_TRAVEL 2e-5 /* [rad] */
 
 /* one joint at an instant */
 typedef struct joint_side {
@@ -43,6 +42,11 @@ typedef struct joint_side {
   double torque; /* T_j */
   double level;  /* C_j + L_j */
   double z;      /* memory of its friction */
+  /* of a motor whose transmission twists: what is left for its inertia but for the drag, and the latter on the link */
+  double left, inertia, drag;
+  double gear, bend; /* the link of a rigid one would have gear a + bend */
+  /* where drag sticks: motor and link are one body; a motor at rest holds the link; both rest */
+  int joins, holds, rests;
 } joint_side;
 
 /* torque and friction's level for the load and slip that side->now has. A level does not fall below 0;
@@ -223,6 +227,17 @@ int tl_effect_dynamics_is_dry(const tl_effect_dynamics *p, int joint) {
 double tl_effect_dynamics_link_friction(const tl_effect_dynamics *p, int joint) {
   if (p->effects == 0 || !p->twists[joint]) return 0.0;
   return p->change[joint].friction_share * p->model->drive[joint].coulomb_Nm;
+}
+
+double tl_effect_dynamics_drag(const tl_effect_dynamics *p, int joint) {
+  return p->effects == 0 || !p->twists[joint] ? 0.0 : p->change[joint].drag_Nm;
+}
+
+double tl_effect_dynamics_speed(const tl_effect_dynamics *p, int joint, const tl_motion *motion) {
+  double ahead[3];
+
+  tl_effect_dynamics_ahead(p->model, &p->change[joint], joint, motion->q[joint], ahead);
+  return motion->v[joint] * (1.0 + ahead[1]);
 }
 
 void tl_effect_dynamics_begin(const tl_effect_dynamics *p, const tl_motion *motion, tl_link_state *link) {
@@ -411,31 +426,97 @@ static void set_bodies(const tl_effect_dynamics *p, const tl_motion *motion, con
   for (k = 0; k < p->modes; k++) set_mode(p, k, &now, link, bias, by_motor, e, loss_W);
 }
 
+/* drag between motor and link: known where it slides, else to be found */
+static void set_drag(const tl_effect_dynamics *p, int j, const tl_joint_mode *mode, double rate,
+                     joint_side *side, equations *e, double *loss_W) {
+  double level = p->change[j].drag_Nm;
+  int together = level > 0.0 && mode[TL_CONTACT_DRAG + j] == TL_MODE_STICK;
+
+  side->drag = level > 0.0 && !together ? level * (double)mode[TL_CONTACT_DRAG + j] : 0.0;
+  side->rests = together && e->held[j];
+  side->holds = together && !e->held[j] && mode[j] == TL_MODE_STICK;
+  side->joins = together && !e->held[j] && mode[j] != TL_MODE_STICK;
+  if (side->holds) e->held[j] = 1;
+  e->left[j] += side->drag;
+  *loss_W += side->drag * rate;
+}
+
+static double clamp(double x, double low, double high) {
+  return x < low ? low : x > high ? high : x;
+}
+
+/* Where motor and link both rest by friction of their own, drag is not determined: the least that leaves each to its
+ * friction, if there is one. What the motor's holds may depend on its load, so the interval is halved. */
+static double drag_at_rest(const tl_effect_dynamics *p, int j, const tl_joint_mode *mode, double link_Nm,
+                           const joint_side *side) {
+  double link = tl_effect_dynamics_link_friction(p, j), low = -link_Nm - link, high = link - link_Nm;
+  double least = clamp(0.0, low, high), most, amid = least;
+  joint_side tried;
+  int i;
+
+  if (mode[j] != TL_MODE_STICK) return side->left / side->gear;
+  most = clamp(side->left / side->gear, low, high); /* leaves nothing to the motor's */
+  for (i = 0; i < MAX_LOAD_STEPS; i++) {
+    tried = *side;
+    if (!(fabs(stick(p, j, side->left - amid * side->gear, &tried)) > 1.0)) {
+      most = amid;
+      if (i == 0) return amid;
+    } else {
+      least = amid;
+    }
+    amid = 0.5 * (least + most);
+  }
+  return most;
+}
+
 /* a joint whose transmission twists: its motor's side here and now, its spring for the link */
 static void move_motor(const tl_effect_dynamics *p, int j, const tl_joint_mode *mode, const double ahead[3],
                        tl_motion *motion, tl_link_state *link, joint_side *side, equations *e,
                        double *loss_W) {
   const tl_effect_change *c = &p->change[j];
   const tl_drive *d = &p->model->drive[j];
-  double turning, inertia = tl_motor_inertia(p->model, j, c->motor_share, motion, &turning), left;
-  double speed = motion->v[j] * (1.0 + ahead[1]), rate = speed - link->v[j];
+  double turning, speed = motion->v[j] * (1.0 + ahead[1]), rate = speed - link->v[j];
   double torque = tl_spring_torque(&p->spring[j], motion->q[j] + ahead[0] - link->q[j], rate, loss_W);
-  double drag = c->drag_Nm * link->z[TL_MEMORY_DRAG + j];
   double dry = tl_effect_dynamics_link_friction(p, j),
          rub = c->viscous_share * d->viscous_Nms_rad * link->v[j];
   int sticks = dry > 0.0 && mode[TL_CONTACT_LINK + j] == TL_MODE_STICK;
 
   link->slip[j] = dry > 0.0 && !sticks ? (double)mode[TL_CONTACT_LINK + j] : 0.0;
   rub += dry * link->slip[j];
-  if (c->drag_Nm > 0.0)
-    link->z_rate[TL_MEMORY_DRAG + j] = tl_dahl_rate(rate, link->z[TL_MEMORY_DRAG + j], DRAG_TRAVEL, 1.0);
-  *loss_W += drag * rate + rub * link->v[j];
-  left = side->drive - side->torque - side->now.slip * side->level - (torque + drag) * (1.0 + ahead[1]) -
-         turning;
-  motion->a[j] = mode[j] == TL_MODE_STICK ? 0.0 : left / inertia;
-  if (mode[j] == TL_MODE_STICK) motion->slip[j] = stick(p, j, left, side);
-  e->left[j] = torque + drag - rub;
+  *loss_W += rub * link->v[j];
+  side->gear = 1.0 + ahead[1];
+  side->bend = ahead[2] * motion->v[j] * motion->v[j];
+  side->inertia = tl_motor_inertia(p->model, j, c->motor_share, motion, &turning);
+  side->left = side->drive - side->torque - side->now.slip * side->level - torque * side->gear - turning;
+  e->left[j] = torque - rub;
   e->held[j] = sticks;
+  set_drag(p, j, mode, rate, side, e, loss_W);
+}
+
+/* the inertia and torque of a motor that drag makes one body with its link */
+static void join_motor(const joint_side *side, int j, equations *e) {
+  if (!side->joins) return;
+  e->matrix[j][j] += side->inertia / (side->gear * side->gear);
+  e->left[j] += (side->left + side->inertia * side->bend / side->gear) / side->gear;
+}
+
+/* the motor's acceleration, or what holds it, when the link's is known */
+static void finish_motor(const tl_effect_dynamics *p, int j, const tl_joint_mode *mode, const equations *e,
+                         joint_side *side, tl_motion *motion, tl_link_state *link) {
+  double level = p->change[j].drag_Nm, left;
+
+  if (side->rests) side->drag = drag_at_rest(p, j, mode, e->left[j], side);
+  if (side->holds) side->drag = -e->left[j];
+  if (e->held[j] && !side->holds)
+    link->slip[j] = (e->left[j] + (side->rests ? side->drag : 0.0)) / tl_effect_dynamics_link_friction(p, j);
+  if (side->joins)
+    side->drag = (side->left - side->inertia * (e->a[j] - side->bend) / side->gear) / side->gear;
+  left = side->left - side->drag * side->gear;
+  motion->a[j] = side->joins ? (e->a[j] - side->bend) / side->gear : left / side->inertia;
+  if (mode[j] == TL_MODE_STICK || side->rests) motion->a[j] = 0.0;
+  if (mode[j] == TL_MODE_STICK) motion->slip[j] = stick(p, j, left, side);
+  link->drag_slip[j] = level > 0.0 ? side->drag / level : 0.0;
+  link->drag_a[j] = side->gear * motion->a[j] + side->bend - e->a[j];
 }
 
 /* a joint's own side, all that acts on its body but inertia, gravity and the other joint */
@@ -477,12 +558,16 @@ static tl_status accelerate(const tl_effect_dynamics *p, double t_s, const tl_jo
     if (status != TL_OK) return status;
   }
   set_bodies(p, motion, link, ahead, &e, loss_W);
+  for (j = 0; j < p->joints; j++)
+    if (p->twists[j]) join_motor(&side[j], j, &e);
   status = solve(&e);
   if (status != TL_OK) return status;
   for (j = 0; j < p->joints; j++) {
     link->a[j] = e.a[j];
-    if (p->twists[j] && e.held[j]) link->slip[j] = e.left[j] / tl_effect_dynamics_link_friction(p, j);
-    if (p->twists[j]) continue;
+    if (p->twists[j]) {
+      finish_motor(p, j, mode, &e, &side[j], motion, link);
+      continue;
+    }
     motion->a[j] = e.a[j];
     if (e.held[j]) motion->slip[j] = stick(p, j, e.left[j], &side[j]);
   }

@@ -37,6 +37,10 @@ int tl_effect_dynamics_is_dry(const tl_effect_dynamics *p, int joint);
 void tl_effect_dynamics_begin(const tl_effect_dynamics *p, const tl_motion *motion, tl_link_state *link);
 /* Dry friction at the link beyond a joint's transmission [N m]. */
 double tl_effect_dynamics_link_friction(const tl_effect_dynamics *p, int joint);
+/* Dry friction between a joint's motor and its link [N m]. */
+double tl_effect_dynamics_drag(const tl_effect_dynamics *p, int joint);
+/* The speed of a joint whose link keeps to its motor: the motor's, as its ripple lets it run ahead. */
+double tl_effect_dynamics_speed(const tl_effect_dynamics *p, int joint, const tl_motion *motion);
 /* Accelerations and slip for given modes, as tl_forward takes torques: motion->a, motion->slip, and the
  * rates of `link`; mode[TL_CONTACTS]. A sticking joint's slip is the share of the friction's level in that direction; beyond
  * +-1 it cannot stick. *loss_W is what friction and the effects take. TL_ERR_SINGULAR as tl_forward;

@@ -139,7 +139,7 @@ TABLE = [
     ("elasticity", ANKLE, {**SOFT, "stiffness_Nm_rad": 2000.0}, 12),  # the sway of 0.004 N m at 122 Hz, far above the score's
     ("backlash", KNEE, TEETH, 2),
     ("backlash", KNEE, {**TEETH, "friction_share": 0.5}, 2.5),
-    ("backlash", KNEE, {**TEETH, "drag_Nm": 0.5}, 13),  # a link that sticks to its motor slips by a memory
+    ("backlash", KNEE, {**TEETH, "drag_Nm": 0.5}, 2),
     ("backlash", ANKLE, TEETH, 30),  # rattles at 150 Hz: samples do not tell when the teeth meet
     ("base_compliance", BASE, {**MOUNT, "compliance_rad_Nm": 0.0005}, 2.5),  # columns are its first order
     ("base_compliance", BASE, {**MOUNT, "sway_m_N": 2e-5}, 2),

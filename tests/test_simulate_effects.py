@@ -548,6 +548,57 @@ def test_first_order_prediction_takes_most_of_a_further_bodys_gap(effect, joint,
         assert np.std(recording["shank_rad"] - recording["knee_motor_rad"] / 51) > 1e-4
 
 
+# ---- drag between motor and link ----------------------------------------------------------
+
+
+def dragging(inertia, drag, coulomb=0.0, friction_share=0.0):
+    """A joint without gravity, from rest, whose teeth do not meet; its simulation and what that must keep."""
+    m = pendulum(inertia=inertia, moment=0.0, coulomb=coulomb)
+    s, keep = begin(m, 0.0, 0.0, ("backlash", 0, 1.0, 0.1, 3000.0, 0.0, friction_share, 0.0, 0.4, drag))
+    return m, s, keep
+
+
+@pytest.mark.parametrize("torque", [0.5, -2.0])
+def test_drag_takes_the_link_along_up_to_its_level(torque):
+    inertia, drag, t = 0.5, 0.6, 0.1
+    m, s, _keep = dragging(inertia, drag)
+    advance(m, s, t, (torque, 0.0))
+    motor, link = 0.4 * inertia, 0.6 * inertia
+    together = abs(torque) / inertia * link <= drag  # 0.3 and 1.2 N m
+    of_motor = torque / inertia if together else (torque - math.copysign(drag, torque)) / motor
+    of_link = torque / inertia if together else math.copysign(drag, torque) / link
+    assert [s.motion.v[0], s.link.v[0]] == pytest.approx([of_motor * t, of_link * t], rel=1e-9)
+    assert (s.motion.v[0] == s.link.v[0]) == together and s.dissipated_J == pytest.approx(
+        drag * abs(s.motion.q[0] - s.link.q[0]), rel=1e-9)  # fmt: skip
+    # without a torque the motor slows down to the link's speed, and both go on together
+    both = motor * s.motion.v[0] + link * s.link.v[0]
+    advance(m, s, t + 0.3)
+    assert s.motion.v[0] == s.link.v[0] == pytest.approx(both / inertia, rel=1e-9)
+
+
+@pytest.mark.parametrize("share", [0.0, 0.5, 1.0])
+def test_motor_and_link_rest_while_their_frictions_and_drag_hold(share):
+    """Of 0.8 N m at rest: what the motor's friction leaves of the torque, drag hands on to the link's."""
+    inertia, coulomb, drag = 0.5, 0.8, 0.3
+    holds = (1.0 - share) * coulomb + min(share * coulomb, drag)
+    for torque in (0.99 * holds, -0.99 * holds, 1.01 * holds):
+        m, s, _keep = dragging(inertia, drag, coulomb, share)
+        advance(m, s, 0.02, (torque, 0.0))
+        assert (s.motion.v[0] == 0.0) == (abs(torque) < holds)
+        if abs(torque) < holds:
+            assert s.link.v[0] == 0.0 and abs(s.link.drag_slip[0]) <= 1 + 1e-9
+
+
+def test_drag_keeps_the_energy_through_sticking_and_slipping():
+    m, s, _keep = dragging(0.5, 0.3, 0.4, 0.5)
+    for until in np.arange(1, 401) * 0.005:
+        advance(m, s, until, (1.5 * math.sin(23 * until) + 0.6 * math.sin(61 * until), 0.0))
+        kinetic = 0.5 * (0.2 * s.motion.v[0] ** 2 + 0.3 * s.link.v[0] ** 2)
+        twist = max(abs(s.motion.q[0] - s.link.q[0]) - 0.05, 0.0)
+        assert kinetic + 1500.0 * twist**2 + s.dissipated_J - s.work_J == pytest.approx(0.0, abs=1e-6)
+    assert s.changes > 40
+
+
 # ---- refusals ---------------------------------------------------------------------------
 
 

@@ -40,13 +40,10 @@ typedef enum tl_joint_mode {
 } tl_joint_mode;
 
 #define TL_LINK_BODIES (TL_MAX_JOINTS + TL_MOUNT_MODES)
-/* memories of friction, of each joint one: its presliding, and the drag between motor and link */
-enum { TL_MEMORY_PRESLIDING = 0, TL_MEMORY_DRAG = TL_MAX_JOINTS };
-#define TL_LINK_MEMORIES (2 * TL_MAX_JOINTS)
-/* Where dry friction acts, and a mode says how: at the joint j (on its motor's side), or at its link, where part of it
- * stands there: TL_CONTACT_LINK + j. */
-enum { TL_CONTACT_LINK = TL_MAX_JOINTS };
-#define TL_CONTACTS (2 * TL_MAX_JOINTS)
+/* Where dry friction acts, and a mode says how: at the joint j (on its motor's side), at its link, where part of it
+ * stands there: TL_CONTACT_LINK + j, or between motor and link: TL_CONTACT_DRAG + j. */
+enum { TL_CONTACT_LINK = TL_MAX_JOINTS, TL_CONTACT_DRAG = 2 * TL_MAX_JOINTS };
+#define TL_CONTACTS (3 * TL_MAX_JOINTS)
 
 /* What effects add to the plant's state. Where a transmission is not rigid, tl_simulation's motion is the
  * motor's side in the joint's coordinate, where friction is, and the joint stands apart from it. */
@@ -55,8 +52,9 @@ typedef struct tl_link_state {
   /* joints beyond their transmissions, then the mount's modes in the order of tl_effect_change */
   double q[TL_LINK_BODIES], v[TL_LINK_BODIES], a[TL_LINK_BODIES];
   double slip[TL_MAX_JOINTS]; /* of a link's own friction, as tl_motion's */
-  double z[TL_LINK_MEMORIES],
-      z_rate[TL_LINK_MEMORIES]; /* friction's memories, [-1, 1]: TL_MEMORY_... + joint */
+  double drag_slip[TL_MAX_JOINTS],
+      drag_a[TL_MAX_JOINTS];                      /* of the drag, and what its motor gains on the link */
+  double z[TL_MAX_JOINTS], z_rate[TL_MAX_JOINTS]; /* presliding's memory, [-1, 1] */
 } tl_link_state;
 
 /* Where the plant stands. Plain data: a copy can be continued as well. */
