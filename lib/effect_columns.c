@@ -149,16 +149,16 @@ void tl_columns_displaced_whole(tl_effect_prepared *p, int joint, double *const 
 }
 
 /* Rates of shift[0] over rows [begin, end) as the window gives them, if it reaches. */
-static void piece_as_recorded(const tl_effect_prepared *p, int joint, double *const shift[4], size_t begin,
+static void phase_as_recorded(const tl_effect_prepared *p, int joint, double *const shift[4], size_t begin,
                               size_t end, int edges) {
   const tl_effect_segment *s = p->segment;
   size_t room = s->n < TL_WINDOW_MAX_SAMPLES ? s->n : TL_WINDOW_MAX_SAMPLES;
   tl_status status;
 
   if (end < begin + FEWEST_ROWS) return;
-  status = tl_reconstruct_piece(s->window[joint], s->t_s + begin, shift[0] + begin, end - begin, edges, NULL,
-                                shift[1] + begin, shift[2] + begin, p->work + 4 * s->n,
-                                tl_reconstruct_workspace(room));
+  status = tl_reconstruct_slip_phase(s->window[joint], s->t_s + begin, shift[0] + begin, end - begin, edges,
+                                     NULL, shift[1] + begin, shift[2] + begin, p->work + 4 * s->n,
+                                     tl_reconstruct_workspace(room));
   (void)status; /* too short for a window: the exact rates stand */
 }
 
@@ -172,13 +172,13 @@ static void as_recorded(const tl_effect_prepared *p, int joint, double *const sh
   for (k = 0; k < s->stops[joint]; k++) {
     const tl_stop *stop = &s->stop[joint][k];
     if (stop->before != TL_NO_ROW)
-      piece_as_recorded(p, joint, shift, begin, stop->before + 1,
-                        tl_edges_of_piece(k ? stop - 1 : NULL, stop, s->t_s));
+      phase_as_recorded(p, joint, shift, begin, stop->before + 1,
+                        tl_slip_phase_edges(k ? stop - 1 : NULL, stop, s->t_s));
     if (stop->after == TL_NO_ROW) return;
     begin = stop->after;
   }
-  piece_as_recorded(p, joint, shift, begin, s->n,
-                    tl_edges_of_piece(k ? &s->stop[joint][k - 1] : NULL, NULL, s->t_s));
+  phase_as_recorded(p, joint, shift, begin, s->n,
+                    tl_slip_phase_edges(k ? &s->stop[joint][k - 1] : NULL, NULL, s->t_s));
 }
 
 void tl_columns_wave(const tl_effect_prepared *p, int joint, double order, int k, double *const shift[4]) {

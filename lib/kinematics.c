@@ -75,23 +75,23 @@ typedef struct joint_work {
 } joint_work;
 
 /* rows [begin, end) between two stops */
-static tl_status reconstruct_piece(const joint_work *w, size_t begin, size_t end, int edges) {
-  return tl_reconstruct_piece(&w->sensing->window, w->t_s + begin, w->x + begin, end - begin, edges,
-                              w->q + begin, w->v + begin, w->a + begin, w->work, w->work_n);
+static tl_status reconstruct_slip_phase(const joint_work *w, size_t begin, size_t end, int edges) {
+  return tl_reconstruct_slip_phase(&w->sensing->window, w->t_s + begin, w->x + begin, end - begin, edges,
+                                   w->q + begin, w->v + begin, w->a + begin, w->work, w->work_n);
 }
 
-/* every piece of motion between stops by its own windows; inside a stop the quick window's
+/* every slip phase, the motion between two stops, by its own windows; inside a stop the quick window's
  * estimate stands (it was written before) */
-static tl_status reconstruct_pieces(const joint_work *w, const tl_stop *stop, size_t stops) {
+static tl_status reconstruct_slip_phases(const joint_work *w, const tl_stop *stop, size_t stops) {
   size_t begin = 0, k;
 
-  if (w->sensing->across) return reconstruct_piece(w, 0, w->n, 0);
+  if (w->sensing->across) return reconstruct_slip_phase(w, 0, w->n, 0);
   for (k = 0; k <= stops; k++) {
     size_t end = k == stops ? w->n : stop[k].before == TL_NO_ROW ? begin : stop[k].before + 1;
 
     if (end > begin + 3) {
-      int edges = tl_edges_of_piece(k ? &stop[k - 1] : NULL, k < stops ? &stop[k] : NULL, w->t_s);
-      tl_status status = reconstruct_piece(w, begin, end, edges);
+      int edges = tl_slip_phase_edges(k ? &stop[k - 1] : NULL, k < stops ? &stop[k] : NULL, w->t_s);
+      tl_status status = reconstruct_slip_phase(w, begin, end, edges);
       if (status != TL_OK) return status;
     }
     if (k == stops || stop[k].after == TL_NO_ROW) break;
@@ -137,7 +137,7 @@ static tl_status position_motion(const joint_work *w, tl_track *track, int j) {
 
   if (status != TL_OK) return status;
   track->stops[j] = tl_find_stops(w->t_s, w->x, w->quick, w->n, w->sensing->standstill, track->stop[j]);
-  status = reconstruct_pieces(w, track->stop[j], track->stops[j]);
+  status = reconstruct_slip_phases(w, track->stop[j], track->stops[j]);
   if (status == TL_OK) to_joint(w);
   return status;
 }

@@ -12,10 +12,10 @@
 #include "talus/signal.h"
 
 #define QUIET_ROWS 3 /* more rows than this below standstill are a stop even without a change of sign */
-#define PIECE_ROWS 4 /* a piece of motion with fewer rows belongs to the stop around it */
+#define PHASE_ROWS 4 /* a slip phase with fewer rows belongs to the stop around it */
 #define PARABOLA 3   /* rows before the stop that tell when it begins */
 
-#define PIECE_ORDER_ROOM 2 /* a piece of L rows bears a polynomial of order L - 2 at most */
+#define PHASE_ORDER_ROOM 2 /* a slip phase of L rows bears a polynomial of order L - 2 at most */
 
 static const int ORDERS_LESS[] = {0, 1, 2};  /* at TL_FROM_REST and TL_TO_REST */
 static const double EDGE_LENGTH = 2.0 / 3.0; /* of the window */
@@ -51,10 +51,10 @@ static tl_stop make_stop(const double *t_s, const double *angle, size_t n, size_
   return s;
 }
 
-/* append a stop, or let the last one grow over a piece too short to be motion */
+/* append a stop, or let the last one grow over a slip phase too short to be motion */
 static size_t append(tl_stop *stop, size_t stops, tl_stop next) {
-  size_t piece_begin = stops ? stop[stops - 1].after : 0;
-  int too_short = next.before == TL_NO_ROW || next.before + 1 < piece_begin + PIECE_ROWS;
+  size_t phase_begin = stops ? stop[stops - 1].after : 0;
+  int too_short = next.before == TL_NO_ROW || next.before + 1 < phase_begin + PHASE_ROWS;
 
   if (stops && too_short)
     stop[stops - 1].after = next.after;
@@ -79,10 +79,10 @@ size_t tl_find_stops(const double *t_s, const double *angle, const double *veloc
     if (cut) stops = append(stop, stops, make_stop(t_s, angle, n, last, i));
     last = i;
   }
-  /* at rest to the end of the block, or a last piece too short to be motion */
+  /* at rest to the end of the block, or a last slip phase too short to be motion */
   if (last == TL_NO_ROW || n - last > QUIET_ROWS + 1)
     stops = append(stop, stops, make_stop(t_s, angle, n, last, TL_NO_ROW));
-  else if (stops && stop[stops - 1].after != TL_NO_ROW && n - stop[stops - 1].after < PIECE_ROWS)
+  else if (stops && stop[stops - 1].after != TL_NO_ROW && n - stop[stops - 1].after < PHASE_ROWS)
     stop[stops - 1].after = TL_NO_ROW;
   return stops;
 }
@@ -107,7 +107,7 @@ static double stop_slip(const tl_stop *s, const double *t_s, double before, doub
 
 /* sign of the motion on rows [begin, end): that of the way gone in its middle half, never of an extrapolated
  * edge nor of one noisy row */
-static double piece_sign(const double *velocity, size_t begin, size_t end) {
+static double phase_sign(const double *velocity, size_t begin, size_t end) {
   size_t edge = (end - begin) / 4, i;
   double way = 0.0;
 
@@ -121,7 +121,7 @@ void tl_slip_through_stops(const double *t_s, const double *velocity, size_t n, 
 
   for (k = 0; k <= stops; k++) {
     size_t end = k == stops ? n : stop[k].before == TL_NO_ROW ? 0 : stop[k].before + 1;
-    double before = piece_sign(velocity, i, end), after;
+    double before = phase_sign(velocity, i, end), after;
     size_t next;
 
     for (; i < end; i++) slip[i] = before;
@@ -130,14 +130,14 @@ void tl_slip_through_stops(const double *t_s, const double *velocity, size_t n, 
       break;
     }
     next = k + 1 == stops ? n : stop[k + 1].before + 1;
-    after = piece_sign(velocity, stop[k].after, next);
+    after = phase_sign(velocity, stop[k].after, next);
     for (; i < stop[k].after; i++) slip[i] = stop_slip(&stop[k], t_s, before, after, t_s[i]);
   }
 }
 
 /* value and derivatives at row `at`, the first or the last, by a window that is shorter and of a lower order */
-static tl_status edge_of_piece(const tl_window *w, const double *t_s, const double *x, size_t n, size_t at,
-                               int orders_less, double *work, size_t work_n, double value[3]) {
+static tl_status slip_phase_edge(const tl_window *w, const double *t_s, const double *x, size_t n, size_t at,
+                                 int orders_less, double *work, size_t work_n, double value[3]) {
   double reach_s = EDGE_LENGTH * w->length_s;
   int order = w->order - orders_less;
   size_t fewest = (size_t)w->order + 1, first, rows = 1;
@@ -148,20 +148,20 @@ static tl_status edge_of_piece(const tl_window *w, const double *t_s, const doub
   return tl_window_fit(t_s + first, x + first, rows, t_s[at], order < 2 ? 2 : order, work, value);
 }
 
-tl_status tl_reconstruct_piece(const tl_window *window, const double *t_s, const double *x, size_t n,
-                               int edges, double *q, double *v, double *a, double *work, size_t work_n) {
+tl_status tl_reconstruct_slip_phase(const tl_window *window, const double *t_s, const double *x, size_t n,
+                                    int edges, double *q, double *v, double *a, double *work, size_t work_n) {
   tl_window w = *window;
   double value[3];
   tl_status status;
   int side;
 
-  if (w.order + PIECE_ORDER_ROOM > (int)n) w.order = (int)n - PIECE_ORDER_ROOM;
+  if (w.order + PHASE_ORDER_ROOM > (int)n) w.order = (int)n - PHASE_ORDER_ROOM;
   if (w.order < 2) return TL_ERR_TOO_SHORT;
   status = tl_reconstruct(&w, t_s, x, n, q, v, a, work, work_n);
   for (side = TL_FROM_REST; status == TL_OK && side <= TL_TO_REST; side++) {
     size_t at = side == TL_TO_REST ? n - 1 : 0;
     if (!(edges & side)) continue;
-    status = edge_of_piece(&w, t_s, x, n, at, ORDERS_LESS[side], work, work_n, value);
+    status = slip_phase_edge(&w, t_s, x, n, at, ORDERS_LESS[side], work, work_n, value);
     if (status != TL_OK) break;
     if (q) q[at] = value[0];
     v[at] = value[1];
@@ -170,7 +170,7 @@ tl_status tl_reconstruct_piece(const tl_window *window, const double *t_s, const
   return status;
 }
 
-int tl_edges_of_piece(const tl_stop *before, const tl_stop *after, const double *t_s) {
+int tl_slip_phase_edges(const tl_stop *before, const tl_stop *after, const double *t_s) {
   return (before && tl_is_short_stop(before, t_s) ? TL_FROM_REST : 0) |
          (after && tl_is_short_stop(after, t_s) ? TL_TO_REST : 0);
 }
@@ -180,7 +180,7 @@ int tl_is_short_stop(const tl_stop *s, const double *t_s) {
 }
 
 /* The value at row `at`, one end of rows [begin, end), of the straight line through them: a window's own estimate at the
- * end of a piece of motion hangs on few samples there, and overshoots where the joint is braked hard. */
+ * end of a slip phase hangs on few samples there, and overshoots where the joint is braked hard. */
 static double edge_value(const double *t_s, const double *column, size_t begin, size_t end, size_t at) {
   double n = (double)(end - begin), t = 0.0, x = 0.0, across = 0.0, square = 0.0;
   size_t i;
@@ -198,7 +198,7 @@ static double edge_value(const double *t_s, const double *column, size_t begin, 
 
 /* Through a short stop the torque stays continuous while inertia and friction jump against
  * each other; so the whole row passes from the last moving sample to the next, slowly at first:
- * coming to rest the torque is flat, leaving rest it is not. `begin` and `end` are those of the pieces beside it. */
+ * coming to rest the torque is flat, leaving rest it is not. `begin` and `end` are those of the slip phases beside it. */
 static void bridge_stop(const tl_stop *s, const double *t_s, size_t begin, size_t end, double *column) {
   size_t first = s->before, last = s->after, i;
   double left, right, w;

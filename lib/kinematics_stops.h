@@ -10,7 +10,7 @@
 size_t tl_find_stops(const double *t_s, const double *angle, const double *velocity, size_t n,
                      double standstill, tl_stop *stop);
 
-/* Direction of friction at every row: the sign of the piece's velocity (the one its stops were found by) while
+/* Direction of friction at every row: the sign of the slip phase's velocity (the one its stops were found by) while
  * sliding, a ramp in time from the sign before to the sign after through a stop. */
 void tl_slip_through_stops(const double *t_s, const double *velocity, size_t n, const tl_stop *stop,
                            size_t stops, double *slip);

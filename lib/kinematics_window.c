@@ -44,10 +44,10 @@ static double quantile(double *x, size_t n, double share) {
   /* Shell's sort: short, in place, and n is a few thousand */
   for (gap = n / 2; gap > 0; gap = gap == 2 ? 1 : gap * 5 / 11)
     for (i = gap; i < n; i++) {
-      double held = x[i];
+      double lifted = x[i];
       size_t j = i;
-      for (; j >= gap && x[j - gap] > held; j -= gap) x[j] = x[j - gap];
-      x[j] = held;
+      for (; j >= gap && x[j - gap] > lifted; j -= gap) x[j] = x[j - gap];
+      x[j] = lifted;
     }
   return x[k];
 }

@@ -102,20 +102,20 @@ size_t tl_kinematics_workspace(size_t capacity);
 TL_CHECK tl_status tl_kinematics(const tl_model *m, const tl_layout *layout, const tl_sensing *sensing,
                                  const tl_block *block, double *work, size_t work_n, tl_track *track);
 
-/* Which ends of a piece of motion stand beside a stop. */
+/* Which ends of a slip phase, the motion between two stops, stand beside a stop. */
 enum { TL_FROM_REST = 1, TL_TO_REST = 2 };
 
-/* The ends of the piece between two stops (NULL: the recording's begin or end) whose rows have windows of their own:
+/* The ends of the slip phase between two stops (NULL: the recording's begin or end) whose rows have windows of their own:
  * those beside a stop that is bridged. */
-int tl_edges_of_piece(const tl_stop *before, const tl_stop *after, const double *t_s);
+int tl_slip_phase_edges(const tl_stop *before, const tl_stop *after, const double *t_s);
 
 /* Motion of n rows between two stops by their own windows, of a lower order where they are few. The windows of the
  * first and last row stand to one side: at the `edges` they have one order less (from rest) or two (to rest) over
  * two thirds of the length, which overshoots less there.
  * Nullable: q. TL_ERR_TOO_SHORT with fewer than 4 rows. */
-TL_CHECK tl_status tl_reconstruct_piece(const tl_window *window, const double *t_s, const double *x, size_t n,
-                                        int edges, double *q, double *v, double *a, double *work,
-                                        size_t work_n);
+TL_CHECK tl_status tl_reconstruct_slip_phase(const tl_window *window, const double *t_s, const double *x,
+                                             size_t n, int edges, double *q, double *v, double *a,
+                                             double *work, size_t work_n);
 
 #ifdef __cplusplus
 }
