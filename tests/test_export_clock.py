@@ -72,3 +72,17 @@ def test_two_records_joined_across_a_step_have_one_base():
 
 def test_without_a_reading_nothing_is_converted():
     assert ClockModel([]).convert(np.array([1])) is None
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_no_step_depends_on_where_chunks_end(seed):
+    """The frames' stamps as the export reads them: some at a time, from any of them on."""
+    generator = np.random.default_rng(seed)
+    sizes = [int(sign * size) for sign, size in zip(generator.choice((-1, 1), 4), generator.choice((5e6, 2e7, 8e8, 5e9, 3.6e12), 4), strict=True)]
+    _, stamps, clocks, _ = made(generator, 20, sizes, seed % 2 == 0)
+    found = []
+    for chunk in (len(stamps), 1000, 7):
+        model = ClockModel(clocks)
+        edges = model.edges(lambda first, chunk=chunk: (stamps[k:k + chunk] for k in range(first, len(stamps), chunk)), len(stamps))
+        found.append((edges, [step.uncertain_ns for step in model.steps]))
+    assert found[0] == found[1] == found[2] and len(found[0][0]) == 4

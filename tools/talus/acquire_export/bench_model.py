@@ -1,5 +1,6 @@
 """What the export needs of a model file: plant, transmissions, and how the drives count."""
 
+import numpy as np
 import yaml
 
 import talus
@@ -61,7 +62,8 @@ class BenchModel:
             raise Refused(2, f"{self.path}: {path}.zero_count: expected a count below counts_per_turn")
         return node
 
-    def motor_angle(self, joint, joint_rad):
-        """Of one joint angle, by its transmission."""
-        drive = self.model.struct.drive[JOINTS.index(joint)]
-        return lib.tl_transmission_motor_angle(ffi.addressof(drive, "transmission"), joint_rad)
+    def motor_angles(self, joint, joint_rad):
+        """Of one joint's angles, by its transmission."""
+        transmission = ffi.addressof(self.model.struct.drive[JOINTS.index(joint)], "transmission")
+        angle_of = lib.tl_transmission_motor_angle
+        return np.array([angle_of(transmission, angle) for angle in joint_rad.tolist()])

@@ -9,7 +9,7 @@ realtime and monotonic changes by more from one reading to the next, the clock w
 straight from reading to reading. Where a step lies between two readings is told by the frames: their stamps jump there.
 """
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -37,7 +37,6 @@ class Step:
     after: Clock
     size_ns: int  # of realtime; negative: back
     uncertain_ns: int = 0  # instants near the step may be off by so much
-    rows: list = field(default_factory=list)  # first frame behind it, of each interface that was converted
 
 
 class Piece:
@@ -84,46 +83,96 @@ class ClockModel:
         """Stamps on the monotonic clock; None without a reading."""
         if not self.pieces:
             return None
-        begin, out = 0, np.empty(len(real_ns), np.int64)
-        for piece, step in zip(self.pieces, [*self.steps, None], strict=True):
-            end = self.first_behind(real_ns, begin, piece, step) if step else len(real_ns)
-            out[begin:end] = piece.convert(real_ns[begin:end])
-            if step:
-                step.rows.append(end)
-            begin = end
+        edges = self.edges(lambda first: iter([real_ns[first:]]), len(real_ns))
+        return self.convert_between(real_ns, np.searchsorted(edges, np.arange(len(real_ns)), "right"))
+
+    def convert_between(self, real_ns, piece):
+        """Stamps of which it is known behind how many steps they lie."""
+        out = np.empty(len(real_ns), np.int64)
+        for number in np.unique(piece):
+            out[piece == number] = self.pieces[number].convert(real_ns[piece == number])
         return out
 
-    @staticmethod
-    def first_behind(real_ns, begin, piece, step):
-        """The first frame that was stamped behind a step: between its two readings, where the stamps move most its way."""
-        rest = real_ns[begin:]
-        if not len(rest):
+    def edges(self, chunks, count):
+        """The first frame behind each step, of the `count` frames of an interface; chunks(first): their stamps from one on."""
+        begin, found = 0, []
+        for piece, step in zip(self.pieces, self.steps, strict=False):
+            begin = first_behind(chunks(begin), begin, piece, step) if begin < count else count
+            found.append(begin)
+        return found
+
+
+def first_behind(chunks, begin, piece, step):
+    """The first frame that was stamped behind a step: between its two readings, where the stamps move most its way."""
+    search, first, last_ns, arrived = Search(step), begin, None, None
+    for real_ns in chunks:
+        if not len(real_ns):
+            continue
+        move = np.diff(real_ns, prepend=real_ns[0] if last_ns is None else last_ns)
+        alone = arrived is None
+        arrived = int(piece.convert(real_ns[:1])[0]) if alone else arrived
+        arrival = arrivals(arrived, move, step.size_ns)
+        if alone and arrival[0] > step.after.mono_ns + SLACK_NS:
             return begin
-        move = np.diff(rest, prepend=rest[0])
-        arrival = arrivals(int(piece.convert(rest[:1])[0]), move, step.size_ns)
-        if arrival[0] > step.after.mono_ns + SLACK_NS:
-            return begin
-        before = np.append(arrival[0], arrival[:-1])
+        search.take(first, move, arrival, np.append(arrival[0] if alone else arrived, arrival[:-1]), alone)
+        first, last_ns, arrived = first + len(real_ns), real_ns[-1], int(arrival[-1])
+        if arrived > step.after.mono_ns + SLACK_NS:
+            break
+    return search.result(begin)
+
+
+class Search:
+    """Goes through the frames near a step."""
+
+    def __init__(self, step):
+        self.step, self.before = step, 0  # frames that came before the step's first reading
+        self.near, self.soon, self.any_soon = Candidates(step), Candidates(step), False
+
+    def take(self, first, move, arrival, before, alone):
+        step = self.step
         near = (arrival >= step.before.mono_ns - SLACK_NS) & (before <= step.after.mono_ns + SLACK_NS)
         soon = near & (arrival >= step.after.mono_ns - SOON_NS)
-        near = soon if step.after.is_set and soon.any() else near
-        near[0] = False
-        if not near.any():  # no frame came in between: the next one is behind it
-            return begin + int(np.searchsorted(arrival, step.before.mono_ns, "right"))
-        return begin + choose(np.flatnonzero(near), move * (1 if step.size_ns > 0 else -1), step)
+        self.any_soon |= bool(soon.any())
+        if alone:
+            near[0] = soon[0] = False
+        self.near.take(first, move, near)
+        self.soon.take(first, move, soon)
+        self.before += int(np.searchsorted(arrival, step.before.mono_ns, "right"))
+
+    def result(self, begin):
+        candidates = self.soon if self.step.after.is_set and self.any_soon else self.near
+        if candidates.best is None:  # no frame came in between: the next one is behind it
+            return begin + self.before
+        return candidates.choose()
+
+
+class Candidates:
+    """The frame of the largest move. Stamps of one piece rise: a fall can only be the step, a rise only if it is as large.
+    Where several frames fit, the instants between them are uncertain."""
+
+    def __init__(self, step):
+        self.step, self.best, self.most = step, None, None
+        self.equal = self.fit = 0  # frames with the largest move; with one that is large enough in any case
+
+    def take(self, first, move, which):
+        where = np.flatnonzero(which)
+        if not len(where):
+            return
+        move = move[where] * (1 if self.step.size_ns > 0 else -1)
+        most = int(move.max())
+        if self.most is None or most > self.most:
+            self.best, self.most, self.equal = first + int(where[np.argmax(move)]), most, 0
+        self.equal += int((move == self.most).sum())
+        self.fit += int((move >= max(self.step.size_ns, 0)).sum())
+
+    def choose(self):
+        only_fall = self.step.size_ns < 0 and self.most < 0
+        if (self.equal if only_fall else self.fit) > 1:
+            self.step.uncertain_ns = abs(self.step.size_ns)
+        return self.best
 
 
 def arrivals(first_ns, move, size_ns):
     """About when frames came, by their stamps' moves: what may be the step itself is no time that passed."""
     passed = np.maximum(move, 0)
     return first_ns + np.cumsum(passed - size_ns * (passed >= size_ns) if size_ns > 0 else passed)
-
-
-def choose(candidates, move, step):
-    """The frame of the largest move. Stamps of one piece rise: a fall can only be the step, a rise only if it is as large.
-    Where several frames fit, the instants between them are uncertain."""
-    best = int(candidates[np.argmax(move[candidates])])
-    fits = move[candidates] >= step.size_ns if step.size_ns > 0 else move[candidates] >= min(move[best], 0)
-    if fits.sum() > 1:
-        step.uncertain_ns = abs(step.size_ns)
-    return best

@@ -1,11 +1,12 @@
 """talus-acquire-export: the command line, and the way from a record to a recording."""
 
 import getopt
-import io
 import json
 import math
 import os
 import sys
+from contextlib import closing
+from itertools import chain
 
 import numpy as np
 import talus
@@ -15,6 +16,7 @@ from . import events, outputs, record, report, streams, table
 from .bench_model import BenchModel
 from .layout import Database
 from .refused import Refused
+from .spool import Store
 
 NAME = "talus-acquire-export"
 USAGE = """\
@@ -40,7 +42,7 @@ LONG = ["dbc=", "model=", "out=", "report=", "rate=", "interface=", "channel=", 
 SHORT = {"-d": "--dbc", "-m": "--model", "-o": "--out", "-q": "--quiet", "-h": "--help"}
 SCHEMA = "talus-export/1"
 LEAST_ROWS = 100  # of a recording
-ROWS_AT_ONCE = 20_000  # that are turned into text
+ROWS_AT_ONCE = 5_000  # that are turned into text
 
 
 # ---- the command line ----------------------------------------------------------------
@@ -104,21 +106,21 @@ class Findings:
     """Words for people and entries for the report, collected on the way."""
 
     def __init__(self):
-        self.lost, self.notes, self.faults, self.messages = [], [], [], []
+        self.lost, self.notes, self.messages, self.not_listed = [], [], [], 0
 
-    def take_stream(self, stream, delay_s, zero_ns):
-        faults = report.fault_entries(stream, zero_ns)
-        self.faults += faults
-        self.messages.append(report.stream_entry(stream, faults, delay_s))
-        for line in report.words_of(stream, [f for f in faults if f["kind"] in report.LOST]):
-            self.lost.append(line)
-        self.notes += report.words_of(stream, [f for f in faults if f["kind"] not in report.LOST])
+    def take_stream(self, stream, zero_ns):
+        self.messages.append(report.stream_entry(stream))
+        self.lost += report.words_of(stream, report.LOST, zero_ns)
+        self.notes += report.words_of(stream, [kind for kind in report.WORDS if kind not in report.LOST], zero_ns)
+        self.not_listed += stream.faults.not_listed
 
     def take_record(self, rec, unknown):
         if rec.cut:
             self.notes.append(f"line {rec.cut} is cut off and was left out; the record ends there")
         for line, frames in rec.dropped:
             self.lost.append(f"line {line}: candump dropped {frames} frames")
+        if rec.drops > len(rec.dropped):
+            self.lost.append(f"candump dropped frames at {rec.drops - len(rec.dropped)} more lines")
         if rec.errors:
             self.notes.append(f"{rec.errors} error frames")
         if rec.remote:
@@ -136,6 +138,8 @@ class Findings:
             if interface in (None, drop["source"]):
                 self.lost.append(f"{drop['source']}: {drop['lost']} frames lost at the {drop['where']}, "
                                  f"behind its frame {drop['after']}")  # fmt: skip
+        if beside.more:
+            self.lost.append(f"{beside.more} more losses and changes of bus and interface")
         if beside.edges_lost:
             self.lost.append(f"{beside.edges_lost} edges of GPIO lines lost")
         for state in beside.states:
@@ -193,67 +197,89 @@ def decimals(step):
     return min(max(math.ceil(2 - math.log10(step)), 0), 12) if step > 0 else 9
 
 
-def recording_text(time_ns, values, columns):
+def recording_text(found, columns):
     """The recording's bytes, some thousand rows at a time."""
-    formats = ",".join(["%.7f", *(f"%.{decimals(columns[name].step)}f" for name in values)])
-    yield (",".join(["time_s", *values]) + "\n").encode()
-    for first in range(0, len(time_ns), ROWS_AT_ONCE):
-        rows = slice(first, first + ROWS_AT_ONCE)
-        out = io.StringIO()
-        np.savetxt(out, np.column_stack([time_ns[rows] / 1e9, *(value[rows] for value in values.values())]), fmt=formats)
-        yield out.getvalue().encode()
+    line = ",".join(["%.7f", *(f"%.{decimals(columns[name].step)}f" for name in found.names)]) + "\n"
+    yield (",".join(["time_s", *found.names]) + "\n").encode()
+    first_ns = found.first_ns
+    for rows in found.rows.chunks(ROWS_AT_ONCE):
+        values = np.column_stack([(rows["time_ns"] - first_ns) / 1e9, rows["value"]])
+        yield (line * len(rows) % tuple(values.ravel().tolist())).encode()
 
 
-def delays_of(found, groups):
-    return {id(stream): stream.find_late(group) for group in groups for stream in group.streams}
-
-
-def export(options, findings):
-    database, model = Database.read(options.given["dbc"]), BenchModel(options.given["model"])
-    rec, beside = record.read(options.record), events.read(options.side)
-    found, unknown = streams.streams_of(rec, database, beside, options.given.get("interface"))
+def read_streams(options, findings, store):
+    """(streams in order, events, summary of the record's own faults)."""
+    database = Database.read(options.given["dbc"])
+    beside, rec = events.read(options.side, store), record.Record(options.record)
+    sorter = streams.Sorter(database, store, options.given.get("interface"))
+    found, unknown = streams.streams_of(rec, record.parts_of(rec), sorter, beside)
     findings.take_record(rec, unknown)
     findings.take_side(beside, options.given.get("interface"))
     if not found:
         raise Refused(2, f"{options.record}: none of its frames is in {options.given['dbc']}")
+    for stream in found:
+        with closing(Store(store.folder)) as scratch:
+            stream.put_in_order(store, scratch)
+    summary = {"unknown": [{"identifier": report.identifier_text(i), "source": s, "frames": n, "line": line} for i, s, n, line in unknown],
+               "cut_line": rec.cut, "error_frames": rec.errors, "remote_frames": rec.remote,
+               "dropped": {"recorder": beside.lost if beside else 0, "candump": rec.dropped_frames}}  # fmt: skip
+    return database, found, beside, summary
+
+
+def origin_of(found):
+    least = [int(stream.converted(rows)["stamp_ns"].min()) for stream in found for rows in stream.frames.chunks()]
+    if not least:
+        raise Refused(2, "no frame has all the bytes that the DBC says")
+    return min(least)
+
+
+def make_table(options, findings, inputs, store):
+    """(the recording, its columns, how encoders were zeroed, the first stamp)."""
+    model, database, found = inputs
     streams.find_silence(found)
-    groups = streams.tick_groups(found)
-    delay = delays_of(found, groups)
+    groups = streams.tick_groups(found, store)
+    for group in groups:
+        for stream in group.streams:
+            stream.find_late(group, store)
     columns, absent = table.find_columns(found, database, options.mapping, options.given["dbc"])
     names, required = column_names(model, columns, absent, findings)
-    origin_ns = min(int(stream.stamp_ns.min()) for stream in found if len(stream.rows))
-    zeros = table.fill(columns, groups, model, origin_ns)
-    time_ns, values, left_out = table.assemble(columns, names, check_base(names, required))
+    origin_ns = origin_of(found)
+    zeros = table.fill(columns, groups, model, origin_ns, store)
+    made = table.assemble(columns, names, check_base(names, required), store)
     for joint, zero in zeros.items():
         if zero is None:
             findings.notes.append(f"{joint}: no absolute encoder; {joint}_motor_rad is 0 at the first sample")
-    if options.rate and len(time_ns) > 1:
-        time_ns, values = table.even(time_ns, values, options.rate)
-    if len(time_ns) < LEAST_ROWS:
-        raise Refused(2, f"{options.record}: gives {len(time_ns)} samples, fewer than {LEAST_ROWS}")
-    zero_ns = origin_ns + round(float(time_ns[0]))
+    if options.rate and len(made) > 1:
+        made = table.even(made, options.rate)
+    if len(made) < LEAST_ROWS:
+        raise Refused(2, f"{options.record}: gives {len(made)} samples, fewer than {LEAST_ROWS}")
+    return made, columns, zeros, origin_ns
+
+
+def export(options, findings, store):
+    model = BenchModel(options.given["model"])  # what is wrong with it is said before a long record is read
+    database, found, beside, of_record = read_streams(options, findings, store)
+    made, columns, zeros, origin_ns = make_table(options, findings, (model, database, found), store)
+    zero_ns = origin_ns + round(made.first_ns)
     for stream in found:
-        findings.take_stream(stream, delay.get(id(stream)), zero_ns)
-    converted = all(stream.converted for stream in found)
+        findings.take_stream(stream, zero_ns)
+    converted = all(stream.clock.is_monotonic for stream in found)
     steps = findings.take_clock(beside, zero_ns) if converted else []
-    clock = "CLOCK_MONOTONIC" if converted else "the stamps' clock"
-    marks = [{**mark, "time_s": (mark["mono_ns"] - zero_ns) / 1e9} for mark in beside.marks] if beside and converted else []
-    text = recording_text(time_ns - time_ns[0], values, columns)
-    summary = {"rows": len(time_ns), "left_out": left_out, "duration_s": float(time_ns[-1] - time_ns[0]) / 1e9,
-               "columns": list(values), "zero_ns": zero_ns, "clock": clock, "clock_steps": steps, "marks": marks, "encoders": zeros,
-               "unknown": [{"identifier": report.identifier_text(i), "source": s, "frames": n, "line": line}
-                           for i, s, n, line in unknown],
-               "cut_line": rec.cut, "error_frames": rec.errors, "remote_frames": rec.remote,
-               "dropped": {"recorder": beside.lost if beside else 0, "candump": sum(n for _, n in rec.dropped)}}  # fmt: skip
-    return text, summary
+    marks = ({**mark, "time_s": (mark["mono_ns"] - zero_ns) / 1e9} for mark in (beside.all_marks() if beside and converted else ()))
+    summary = {"rows": len(made), "left_out": made.left_out, "duration_s": (made.last_ns - made.first_ns) / 1e9,
+               "columns": made.names, "zero_ns": zero_ns, "clock": "CLOCK_MONOTONIC" if converted else "the stamps' clock",
+               "clock_steps": steps, "marks": report.Listed(marks), "encoders": zeros, **of_record,
+               "faults_not_listed": findings.not_listed, "messages": findings.messages,
+               "faults": report.Listed(entry for stream in found for entry in report.fault_entries(stream, zero_ns))}  # fmt: skip
+    return recording_text(made, columns), summary
 
 
 def write_report(options, findings, summary):
     if "report" not in options.given:
         return
-    content = {"schema": SCHEMA, "record": str(options.record), "complete": not findings.lost, **summary,
-               "messages": findings.messages, "faults": findings.faults}  # fmt: skip
-    outputs.write_text(options.given["report"], json.dumps(content, indent=1, ensure_ascii=False) + "\n")
+    content = {"schema": SCHEMA, "record": str(options.record), "complete": not findings.lost, **summary}
+    pieces = json.JSONEncoder(indent=1, ensure_ascii=False).iterencode(content)
+    outputs.write(options.given["report"], (piece.encode() for piece in chain(pieces, "\n")))
 
 
 def tell(options, findings, summary):
@@ -279,9 +305,10 @@ def main(arguments):
             return 0
         options.check()
         findings = Findings()
-        text, summary = export(options, findings)
-        outputs.write(options.given["out"], text)
-        write_report(options, findings, summary)
+        with closing(Store(outputs.folder_beside(options.given["out"]))) as store:
+            text, summary = export(options, findings, store)
+            outputs.write(options.given["out"], text)
+            write_report(options, findings, summary)
         tell(options, findings, summary)
         return 1 if findings.lost else 0
     except Refused as refused:

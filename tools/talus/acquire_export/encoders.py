@@ -14,31 +14,92 @@ def joint_angle(counts, bus):
     return bus["sign"] * TURN * (offset - per_turn * np.floor(offset / per_turn + 0.5)) / per_turn
 
 
-def motor_angle(counts, span, expected_rad, bus):
-    """(angle [rad], its zero [counts], spread [counts]) of a counter that wraps at `span`, from where the joint's
-    encoder and the transmission say that the motor is. No sample needs its neighbours: a gap costs nothing."""
-    expected = bus["sign"] * expected_rad / TURN * bus["counts_per_turn"]
-    off = np.exp(2j * np.pi * (counts - expected) / span)
-    near = np.angle(off.mean()) * span / TURN
-    error = counts - expected - near
-    error -= span * np.floor(error / span + 0.5)
-    middle = mean_over_places(np.rint(expected + near + error).astype(np.int64), error)
-    angle = bus["sign"] * TURN * (expected + error - middle) / bus["counts_per_turn"]
-    return angle, float((near + middle) % span), float(error.std())
+class Zeroed:
+    """A counter that wraps at `span`, zeroed from where the joint's encoder and the transmission say that the motor is. No
+    sample needs its neighbours: a gap costs nothing.
+
+    zeroed.take(counts, expected_rad)       # chunk by chunk
+    zero, spread = zeroed.find_zero()       # both in counts
+    for angle in zeroed.angles(): ...       # [rad], in the same chunks
+    """
+
+    def __init__(self, span, bus, store):
+        self.span, self.bus, self.store = span, bus, store
+        self.rows = store.spool([("count", "f8"), ("expected", "f8")])
+        self.direction, self.middle = 0j, 0.0
+
+    def take(self, counts, expected_rad):
+        expected = self.bus["sign"] * expected_rad / TURN * self.bus["counts_per_turn"]
+        self.direction += np.exp(2j * np.pi * (counts - expected) / self.span).sum()
+        self.rows.append_columns(counts, expected)
+
+    def errors(self):
+        """Chunks of (expected, error): by how much the counter differs from it, beside what all differ by."""
+        for rows in self.rows.chunks():
+            error = rows["count"] - rows["expected"] - self.near
+            error -= self.span * np.floor(error / self.span + 0.5)
+            yield rows["expected"], error
+
+    def find_zero(self):
+        self.near = float(np.angle(self.direction)) * self.span / TURN
+        means, total, squares = PlaceMeans(self.store), 0.0, 0.0
+        for expected, error in self.errors():
+            means.take(np.rint(expected + self.near + error).astype(np.int64), error)
+            total, squares = total + float(error.sum()), squares + float((error**2).sum())
+        self.middle, count = means.result(), len(self.rows)
+        spread = max(squares / count - (total / count) ** 2, 0.0) ** 0.5
+        return float((self.near + self.middle) % self.span), spread
+
+    def angles(self):
+        for expected, error in self.errors():
+            yield self.bus["sign"] * TURN * (expected + error - self.middle) / self.bus["counts_per_turn"]
 
 
-def mean_over_places(place, error):
+class PlaceMeans:
     """The mean in which each place counts once, however long the joint stood there: the absolute encoder's
-    rounding, coarse after the transmission, is another at each place and averages out, but not at one."""
-    _, which, times = np.unique(place, return_inverse=True, return_counts=True)
-    return float(np.mean(np.bincount(which, error) / times))
+    rounding, coarse after the transmission, is another at each place and averages out, but not at one. Places go to shares
+    of which each fits into memory."""
+
+    SHARES = 32
+
+    def __init__(self, store):
+        self.shares = [store.spool([("place", "i8"), ("total", "f8"), ("count", "f8")]) for _ in range(self.SHARES)]
+
+    def take(self, place, error):
+        places, total, count = per_place(place, error, np.ones(len(error)))
+        for number, share in enumerate(self.shares):
+            those = places % self.SHARES == number
+            share.append_columns(places[those], total[those], count[those])
+
+    def result(self):
+        total, places = 0.0, 0
+        for share in self.shares:
+            rows = share.read(0, len(share))
+            own, error, count = per_place(rows["place"], rows["total"], rows["count"])
+            total, places = total + float((error / count).sum()), places + len(own)
+        return total / places
 
 
-def unrolled_angle(counts, span, bus):
+def per_place(place, total, count):
+    """(each place, its total, its count)."""
+    places, which = np.unique(place, return_inverse=True)
+    return places, np.bincount(which, total, len(places)), np.bincount(which, count, len(places))
+
+
+class Unrolled:
     """Without an absolute encoder: from the first sample on, the shorter way from each to the next."""
-    step = np.diff(counts.astype(np.int64))
-    step = (step + span // 2) % span - span // 2
-    return bus["sign"] * TURN * np.append(0, np.cumsum(step)) / bus["counts_per_turn"]
+
+    def __init__(self, span, bus):
+        self.span, self.bus, self.last, self.turned = span, bus, None, 0
+
+    def __call__(self, counts):
+        if not len(counts):
+            return np.empty(0)
+        step = np.diff(counts, prepend=counts[0] if self.last is None else self.last)
+        step = (step + self.span // 2) % self.span - self.span // 2
+        turned = self.turned + np.cumsum(step)
+        self.last, self.turned = counts[-1], int(turned[-1])
+        return self.bus["sign"] * TURN * turned / self.bus["counts_per_turn"]
 
 
 def check_spread(name, spread, span):

@@ -2,14 +2,19 @@
 
 import json
 from dataclasses import dataclass, field
+from functools import cache
 from pathlib import Path
 
 import numpy as np
 
-from .clock_model import Clock, ClockModel
+from .clock_model import Clock, ClockModel, is_step
 from .refused import Refused
 
 LINE = 1 << 20  # no event is longer
+MOST_TOLD = 1000  # drops, and changes of bus and link
+MANY_CLOCKS, MOST_CLOCKS = 50_000, 150_000  # readings: from there on those are left out that lie nearer than
+APART_NS = 20 * 10**9
+MOST_LINES = 1000
 
 
 def whole(entry, key, otherwise=None):
@@ -33,19 +38,29 @@ class Events:
     clocks: list = field(default_factory=list)  # Clock
     hardware: dict = field(default_factory=dict)  # {source: [(hw_ns, real_ns)]}
     stamps: dict = field(default_factory=dict)  # {source: software, hardware, ...}
-    marks: list = field(default_factory=list)  # edges and pulses of GPIO lines
-    drops: list = field(default_factory=list)  # what the recorder itself says it lost
-    states: list = field(default_factory=list)  # changes of bus and link
+    marks: object = None  # spool of edges and pulses of GPIO lines
+    drops: list = field(default_factory=list)  # what the recorder itself says it lost, the first ones
+    states: list = field(default_factory=list)  # changes of bus and link, the first ones
+    dropped: int = 0  # frames of all drops
+    more: int = 0  # drops and changes that were too many
     errors: int = 0  # error frames
     edges_lost: int = 0
     end: dict | None = None
+
+    names: list = field(default_factory=list)  # of the lines that have marks
 
     def __post_init__(self):
         self._model = None
 
     @property
     def lost(self):
-        return sum(drop["lost"] for drop in self.drops) + self.edges_lost
+        return self.dropped + self.edges_lost
+
+    def add(self, entries, entry):
+        if len(entries) < MOST_TOLD:
+            entries.append(entry)
+        else:
+            self.more += 1
 
     @property
     def model(self):
@@ -62,31 +77,61 @@ class Events:
         self.stamps = {word(source, "name"): word(source, "stamps") for source in entry.get("sources", [])}
 
     def take_clock(self, entry):
-        self.clocks.append(Clock(whole(entry, "mono_ns"), whole(entry, "real_ns"), whole(entry, "width_ns", 0), entry.get("set") is True))
+        """Of very many readings those are enough that lie some seconds apart."""
+        clock = Clock(whole(entry, "mono_ns"), whole(entry, "real_ns"), whole(entry, "width_ns", 0), entry.get("set") is True)
+        if len(self.clocks) >= MOST_CLOCKS:
+            if is_step(self.clocks[-1], clock) or clock.mono_ns - self.clocks[-2].mono_ns >= APART_NS:
+                raise Refused(2, f"{self.path}: more than {MOST_CLOCKS} readings of the clocks")
+            self.clocks[-1] = clock
+        elif len(self.clocks) >= MANY_CLOCKS and self.is_between(clock):
+            self.clocks[-1] = clock
+        else:
+            self.clocks.append(clock)
+
+    def is_between(self, clock):
+        """Is the reading before this one near to the one before it, and the clock not set meanwhile?"""
+        first, second = self.clocks[-2:]
+        return not (is_step(first, second) or is_step(second, clock)) and clock.mono_ns - first.mono_ns < APART_NS
 
     def take_hardware_clock(self, entry):
-        self.hardware.setdefault(word(entry, "source"), []).append((whole(entry, "hw_ns"), whole(entry, "real_ns")))
+        pairs = self.hardware.setdefault(word(entry, "source"), [])
+        if len(pairs) >= MOST_CLOCKS:
+            raise Refused(2, f"{self.path}: more than {MOST_CLOCKS} readings of an adapter's clock")
+        pairs.append((whole(entry, "hw_ns"), whole(entry, "real_ns")))
 
     def take_drop(self, entry):
-        self.drops.append({"source": word(entry, "source"), "where": word(entry, "where"), "lost": whole(entry, "lost"),
-                           "after": whole(entry, "after", 0)})  # fmt: skip
+        drop = {"source": word(entry, "source"), "where": word(entry, "where"), "lost": whole(entry, "lost"),
+                "after": whole(entry, "after", 0)}  # fmt: skip
+        self.dropped += drop["lost"]
+        self.add(self.drops, drop)
 
-    def take_bus_state(self, entry):
-        self.states.append({"source": word(entry, "source"), "type": "bus state", "state": word(entry, "state"),
-                            "after": whole(entry, "after", 0)})  # fmt: skip
+    def take_bus_state(self, entry, kind="bus state"):
+        self.add(self.states, {"source": word(entry, "source"), "type": kind, "state": word(entry, "state"),
+                               "after": whole(entry, "after", 0)})  # fmt: skip
 
     def take_link(self, entry):
-        self.take_bus_state(entry)
-        self.states[-1]["type"] = "interface"
+        self.take_bus_state(entry, "interface")
 
     def take_error(self, entry):
         self.errors += whole(entry, "count", 1)
 
     def take_edge(self, entry):
-        self.marks.append({"kind": word(entry, "type"), "source": word(entry, "source"), "value": whole(entry, "value"),
-                           "mono_ns": whole(entry, "mono_ns")})  # fmt: skip
+        kind, source = word(entry, "type"), word(entry, "source")
+        if source not in self.names:
+            if len(self.names) >= MOST_LINES:
+                raise Refused(2, f"{self.path}: more than {MOST_LINES} GPIO lines")
+            self.names.append(source)
+        row = kind == "pulse", self.names.index(source), whole(entry, "value"), whole(entry, "mono_ns")
+        if self.marks is not None:
+            self.marks.append_columns(*([value] for value in row))
 
     take_pulse = take_edge
+
+    def all_marks(self):
+        """Edges and pulses, as they stand in the report."""
+        for rows in self.marks.chunks(1024) if self.marks is not None else ():
+            for pulse, name, value, mono_ns in rows.tolist():
+                yield {"kind": "pulse" if pulse else "edge", "source": self.names[name], "value": value, "mono_ns": mono_ns}
 
     def take_edges_lost(self, entry):
         self.edges_lost += whole(entry, "lost", 0)
@@ -115,9 +160,10 @@ def lines_of(path):
                 yield number, line.strip(b"\0")
 
 
-def read(path):
-    """The events file, or None when there is none."""
+def read(path, store=None):
+    """The events file, or None when there is none. Edges and pulses are kept in the store."""
     events = Events(str(path))
+    events.marks = store and store.spool([("pulse", "?"), ("name", "i8"), ("value", "i8"), ("mono_ns", "i8")])
     number = 0
     try:
         for number, line in lines_of(path):
@@ -153,12 +199,48 @@ def hardware_to_monotonic(events, source):
     return straight([(hw, int(t)) for (hw, _), t in zip(pairs, mono, strict=True)]) if mono is not None else None
 
 
-def monotonic(events, source, t_ns):
-    """(stamps of a source, in the order of their lines, on the monotonic clock; were they converted?)."""
-    if events is None:
-        return t_ns, False
-    if events.stamps.get(source) == "hardware" or source in events.hardware:
-        convert = hardware_to_monotonic(events, source)
-        return (convert(t_ns), True) if convert else (t_ns, False)
-    mono = events.model.convert(t_ns)
-    return (t_ns, False) if mono is None else (mono, True)
+class Clocks:
+    """The clock of each interface, from its frames as they come: only where the clock was set they are looked at."""
+
+    def __init__(self, events, store):
+        self.events, self.store, self.frames = events, store, {}
+        self.looks = events is not None and bool(events.model.steps)
+
+    def take(self, part, sources):
+        for number in np.unique(part.source).tolist() if self.looks else ():
+            rows = part.source == number
+            if number not in self.frames:
+                self.frames[number] = self.store.spool([("stamp_ns", "i8"), ("line", "i8")])
+            self.frames[number].append_columns(part.time_ns[rows], part.line[rows])
+        self.sources = sources
+
+    def of(self, source):
+        """The InterfaceClock of an interface, once all frames came."""
+        if self.events is None:
+            return InterfaceClock(None)
+        if self.events.stamps.get(source) == "hardware" or source in self.events.hardware:
+            straightly = hardware_to_monotonic(self.events, source)
+            return InterfaceClock(straightly and (lambda stamp_ns, line: straightly(stamp_ns)))
+        if not self.events.model.pieces:
+            return InterfaceClock(None)
+        edges = np.array(self.edges(self.sources.index(source)), np.int64)
+        return InterfaceClock(lambda stamp_ns, line: self.events.model.convert_between(stamp_ns, np.searchsorted(edges, line, "right")))
+
+    @cache
+    def edges(self, number):
+        """The line of the first frame behind each step."""
+        if not self.looks:
+            return []
+        frames = self.frames[number]
+        places = self.events.model.edges(lambda first: (rows["stamp_ns"] for rows in frames.chunks(first=first)), len(frames))
+        return [int(frames.read(k, k + 1)["line"][0]) if k < len(frames) else 2**62 for k in places]
+
+
+class InterfaceClock:
+    """Turns stamps into instants of CLOCK_MONOTONIC, or leaves them where nothing relates the two."""
+
+    def __init__(self, conversion):
+        self.conversion, self.is_monotonic = conversion, conversion is not None
+
+    def convert(self, stamp_ns, line):
+        return self.conversion(stamp_ns, line) if self.conversion else stamp_ns

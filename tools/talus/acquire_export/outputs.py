@@ -30,6 +30,13 @@ def write(path, chunks):
         raise Refused(1, f"{path}: cannot be written: {error.strerror}") from error
 
 
+def folder_beside(path):
+    """Where temporary files may stand: beside an output that is a file, else where the system keeps such."""
+    folder = os.path.dirname(os.path.realpath(path))
+    is_file = not os.path.exists(path) or stat.S_ISREG(os.stat(path).st_mode)
+    return folder if is_file and os.access(folder, os.W_OK) else None
+
+
 def fill(file, path, chunks):
     """The same bytes at any time of day: no name and no time in a compressed file's header."""
     if not str(path).endswith(".gz"):
@@ -38,7 +45,3 @@ def fill(file, path, chunks):
     with gzip.GzipFile(filename="", mode="wb", compresslevel=6, fileobj=file, mtime=0) as compressed:
         for chunk in chunks:
             compressed.write(chunk)
-
-
-def write_text(path, text):
-    write(path, [text.encode()])

@@ -1,7 +1,7 @@
 """A record in candump's log format, as columns.
 
-    record = read("walk.log")
-    record.time_ns, record.source, record.identifier, record.length, record.data, record.line
+    record = Record("walk.log")
+    for part in parts_of(record): part.time_ns, part.source, part.identifier, part.length, part.data, part.line
 
 Lines of one layout (same length, same places of the marks) are decoded together, a column of characters at a
 time. Only what is a data frame becomes a row; remote and error frames are counted.
@@ -15,8 +15,13 @@ import numpy as np
 
 from .refused import Refused
 
-BLOCK = 1 << 20
+BLOCK = 1 << 18
+MOST_LINE = 1 << 20  # characters
+MOST_UNASKED = 1 << 26  # bytes that are unpacked whatever their packed size
+MOST_GROWTH = 100
 MOST_INTERFACES = 1000
+MOST_DROPS = 1000  # that are told line by line
+MOST_DIGITS = 20
 LATEST_S = 2**63 // 10**9  # seconds that nanoseconds in 64 bits can hold
 EXTENDED = 1 << 31  # set in identifiers of 29 bits
 ERROR_FLAG = 0x20000000
@@ -34,40 +39,46 @@ for _digit, _characters in enumerate("0 1 2 3 4 5 6 7 8 9 aA bB cC dD eE fF".spl
 class Record:
     path: str
     sources: list[str] = field(default_factory=list)  # interfaces' names
-    time_ns: np.ndarray = None
-    source: np.ndarray = None  # index into sources
-    identifier: np.ndarray = None
-    length: np.ndarray = None
-    data: np.ndarray = None  # (n, 8), or (n, 64) with CAN FD
-    line: np.ndarray = None  # counted from 1
     lines: int = 0
     cut: int = 0  # number of the last line when it is no whole one
     remote: int = 0
     errors: int = 0
-    dropped: list = field(default_factory=list)  # (line, frames) of candump's own DROPCOUNT
+    drops: int = 0  # lines of candump's own DROPCOUNT
+    dropped_frames: int = 0
+    dropped: list = field(default_factory=list)  # (line, frames) of the first ones
 
 
 def blocks(path):
     """(bytes of whole lines, is it the end) of a file; what follows the last newline comes alone, at the end."""
     rest = b""
     try:
-        with gzip.open(path) if str(path).endswith(".gz") else open(path, "rb") as file:
-            while block := file.read(BLOCK):
-                if not block.strip(b"\0"):  # what a power cut leaves, be it a gigabyte
-                    continue
-                whole, newline, tail = block.rpartition(b"\n")
-                if newline:
-                    yield rest + whole + newline, False
-                    rest = tail
-                elif len(rest) > BLOCK:
-                    raise Refused(2, f"{path}: is no record: a line has more than {BLOCK} characters")
-                else:
-                    rest += block
+        for block in pieces(path):
+            if not block.strip(b"\0"):  # what a power cut leaves
+                continue
+            whole, newline, tail = block.rpartition(b"\n")
+            if newline:
+                yield rest + whole + newline, False
+                rest = tail
+            elif len(rest) > MOST_LINE:
+                raise Refused(2, f"{path}: is no record: a line has more than {MOST_LINE} characters")
+            else:
+                rest += block
     except OSError as error:
         raise Refused(2, f"{path}: cannot be read: {error.strerror or error}") from error
     except (EOFError, zlib.error):
         pass  # a compressed record that was cut off: what came out of it counts
     yield rest, True
+
+
+def pieces(path):
+    """A file's bytes, unpacked where it is compressed. What grows a hundredfold holds nothing that happened."""
+    with open(path, "rb") as packed, gzip.GzipFile(fileobj=packed) if str(path).endswith(".gz") else packed as file:
+        total = 0
+        while block := file.read(BLOCK):
+            total += len(block)
+            if total > MOST_UNASKED and total > MOST_GROWTH * packed.tell():
+                raise Refused(2, f"{path}: is no record: it unpacks to more than {MOST_GROWTH} times its size")
+            yield block
 
 
 def nearest_behind(places, wanted, end):
@@ -194,48 +205,70 @@ def odd_line(record, line, text):
     words = text.split()
     if not words:
         return
-    if words[0] == b"DROPCOUNT:" and len(words) > 2 and words[2].isdigit():
-        record.dropped.append((line, int(words[2])))
+    if words[0] == b"DROPCOUNT:" and len(words) > 2 and words[2].isdigit() and len(words[2]) <= MOST_DIGITS:
+        record.drops += 1
+        record.dropped_frames += int(words[2])
+        if record.drops <= MOST_DROPS:
+            record.dropped.append((line, int(words[2])))
         return
     shown = text.decode("utf-8", "replace").strip()
     shown = "".join(c if c.isprintable() else "?" for c in shown)
     raise Refused(2, f"{record.path}:{line}: no line of candump's log format: '{shown[:60]}'")
 
 
-def read(path):
-    """The record; Refused with status 2 when it is none."""
-    record, names, parts = Record(str(path)), {}, []
-    for text, last in blocks(path):
+@dataclass
+class Part:
+    """Data frames of some lines, in their order."""
+
+    time_ns: np.ndarray
+    source: np.ndarray  # index into the record's sources
+    identifier: np.ndarray
+    length: np.ndarray
+    data: np.ndarray  # (n, 8), or (n, 64) with CAN FD
+    line: np.ndarray  # counted from 1
+
+
+def parts_of(record):
+    """Its data frames, some thousand at a time; `record` grows meanwhile. Refused with status 2 when it is none."""
+    names, frames = {}, 0
+    for text, last in blocks(record.path):
         if last:
             if text.strip(b"\0"):
                 record.cut = record.lines + 1
             break
-        if text.endswith(b"\0\n"):
-            text = text.rstrip(b"\0\n") + b"\n"
-        try:
-            block = Block(text, names)
-        except Refused as error:
-            raise Refused(2, f"{path}:{record.lines + 1}: {error.text}") from error
-        for index in np.flatnonzero(~block.good):
-            odd_line(record, record.lines + int(index) + 1, text[block.start[index]:block.end[index]])
-        rows = np.flatnonzero(block.good & (block.kind == 0))
-        record.remote += int((block.good & (block.kind == 1)).sum())
-        record.errors += int((block.good & (block.kind == 2)).sum())
-        columns = [block.time_ns, block.source, block.identifier, block.length, block.data]
-        parts.append([column[rows] for column in columns] + [rows + record.lines + 1])
-        record.lines += len(block.end)
-    fill(record, names, parts)
-    return record
-
-
-def fill(record, names, parts):
-    record.sources = list(names)
-    if not parts or not sum(len(part[0]) for part in parts):
+        part = part_of(record, text, names)
+        frames += len(part.line)
+        yield part
+    if not frames:
         raise Refused(2, f"{record.path}: holds no frame")
-    width = max(part[4].shape[1] for part in parts)
+
+
+def part_of(record, text, names):
+    if text.endswith(b"\0\n"):
+        text = text.rstrip(b"\0\n") + b"\n"
+    try:
+        block = Block(text, names)
+    except Refused as error:
+        raise Refused(2, f"{record.path}:{record.lines + 1}: {error.text}") from error
+    for index in np.flatnonzero(~block.good & (block.end > block.start)):
+        odd_line(record, record.lines + int(index) + 1, text[block.start[index]:block.end[index]])
+    rows = np.flatnonzero(block.good & (block.kind == 0))
+    record.remote += int((block.good & (block.kind == 1)).sum())
+    record.errors += int((block.good & (block.kind == 2)).sum())
+    record.sources = list(names)
+    columns = [block.time_ns, block.source, block.identifier, block.length, block.data]
+    part = Part(*(column[rows] for column in columns), rows + record.lines + 1)
+    record.lines += len(block.end)
+    return part
+
+
+def read(path):
+    """A whole record that fits into memory, its frames as a Part's columns."""
+    record = Record(str(path))
+    parts = list(parts_of(record))
+    width = max(part.data.shape[1] for part in parts)
     for part in parts:
-        part[4] = np.pad(part[4], ((0, 0), (0, width - part[4].shape[1])))
-    columns = [list(column) for column in zip(*parts, strict=True)]
-    parts.clear()
-    joined = [np.concatenate(columns.pop(0)) for _ in range(len(columns))]  # each freed before the next is made
-    record.time_ns, record.source, record.identifier, record.length, record.data, record.line = joined
+        part.data = np.pad(part.data, ((0, 0), (0, width - part.data.shape[1])))
+    for name in Part.__dataclass_fields__:
+        setattr(record, name, np.concatenate([getattr(part, name) for part in parts]))
+    return record

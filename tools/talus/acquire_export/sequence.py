@@ -1,41 +1,26 @@
 """What a payload's counter says about the frames of one message: which are lost, repeated, out of their order.
 
-    sequence = follow(counter, bits, time_ns, period_s)
-    sequence.number     # the counter without its wraps, for every frame
-    sequence.kept       # indices of the frames to use, in the order of their numbers
-    sequence.faults     # [Fault("lost", index, number, count), ...]
+    follower = Follower(Counting(bits, period_s), same, outputs)
+    follower.feed(...)                 # chunk by chunk
+    follower.close()
 
 A counter of n bits tells apart everything but the loss of exactly a multiple of 2^n frames in a row; where the
 period is known the stamps tell even that. What stood before the first frame and behind the last one no counter
-can tell.
+can tell. The newest 100,000 numbers or so are held (window.py): a missing frame that comes later than that is left out as
+stale.
 """
 
-from bisect import bisect_right
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
+
+from .window import Window
 
 SURE = 3  # frames that follow each other behind a jump back: the sender began anew
 NEAR_WHOLE = 0.02  # of a turn of the counter
 IMPLAUSIBLE = 1000  # a jump forward by more than this, in less than half of its time, is a new beginning too
-
-
-@dataclass
-class Fault:
-    kind: str  # lost, repeated, contradicting, swapped, restarted
-    index: int  # of the frame; of a loss, the frame that follows it
-    number: int  # of the frame, or of the first lost one
-    count: int = 1
-
-
-@dataclass
-class Sequence:
-    number: np.ndarray
-    kept: np.ndarray
-    faults: list = field(default_factory=list)
-
-    def count(self, *kinds):
-        return sum(fault.count for fault in self.faults if fault.kind in kinds)
+OVERTAKEN = 256  # frames before one that came too late among which those are looked for that overtook it
+NO_DELAY_S = 10.0  # a frame whose stamp is further from its number's place than this was not late: a clock was set
 
 
 def steps_of(counter, bits, time_ns, period_s):
@@ -51,137 +36,187 @@ def steps_of(counter, bits, time_ns, period_s):
     return step
 
 
-class Missing:
-    """Numbers that have not come yet: ranges [first, end) that rise, each with the frame that showed its gap."""
+@dataclass
+class Outputs:
+    """Where results go. Frames are counted from 0 in the order of the record."""
+
+    keep: object  # keep(numbers, indices): frames to use, in the order of their numbers
+    trust: object  # trust(flags): of each frame in the order of the record, did it come in its turn?
+    find: object  # find(number): the frame that had a number which was kept long ago, or None
+    faults: object
+
+
+class Lives:
+    """The sender's longest life: nothing says how the ticks of one lie to another's, be it that the sender began anew, that a
+    frame is left from before, or that no delay explains its stamp."""
 
     def __init__(self):
-        self.first, self.ranges = [], []
+        self.begin, self.longest = 0, (0, 0)
 
-    def add(self, first, end, index):
-        if first < end:
-            place = bisect_right(self.first, first)
-            self.first.insert(place, first)
-            self.ranges.insert(place, (first, end, index))
-
-    def take(self, number):
-        """Was it missing? Then it is so no longer."""
-        place = bisect_right(self.first, number) - 1
-        if place < 0 or number >= self.ranges[place][1]:
-            return False
-        first, end, index = self.ranges.pop(place)
-        self.first.pop(place)
-        self.add(number + 1, end, index)
-        self.add(first, number, index)
-        return True
+    def edge(self, index):
+        if index - self.begin > self.longest[1] - self.longest[0]:
+            self.longest = (self.begin, index)
+        self.begin = index
 
 
 class Follower:
     """Walks through the steps, frame by frame only where they are not 1."""
 
-    def __init__(self, step, time_ns, period_s, same, turn):
-        self.step, self.time_ns, self.period_s, self.same, self.turn = step, time_ns, period_s, same, turn
-        self.odd = np.flatnonzero(step != 1)
-        self.number = np.zeros(len(step) + 1, np.int64)
-        self.drop = []
-        self.faults = []
+    def __init__(self, bits, period_s, same, outputs):
+        self.bits, self.turn, self.period_s, self.same, self.outputs = bits, 1 << bits, period_s, same, outputs
+        self.faults, self.lives = outputs.faults, Lives()
+        self.window = Window(outputs.keep, self.lose)
+        self.number, self.trusted = np.empty(0, np.int64), np.empty(0, bool)  # of the newest frames
+        self.first = 0  # the frame that stands first in them
         self.most = 0  # the highest number of the lives before
+        self.floor = None  # the highest number of earlier lives
+        self.begun = False
+        self.end = 0
+        self.again = None  # (kind, frame, number) that would continue a repeated stretch
 
-    def begin(self, index, number):
-        self.low = self.high = self.number[index] = number
-        self.missing, self.first, self.looked_up = Missing(), {}, index
-        self.most = max(self.most, number)
+    def feed(self, first, end, counter, time_ns, low):
+        """Places the frames [first, end). The columns begin with frame `low`, one before `first` where there is one, and end
+        with some frames behind `end`, by which a new beginning is known."""
+        self.low_index, self.time_ns = low, time_ns
+        self.step = steps_of(counter, self.bits, time_ns, self.period_s)
+        self.odd = np.flatnonzero(self.step != 1) + low + 1
+        self.number = np.append(self.number, np.zeros(end - first, np.int64))
+        self.trusted = np.append(self.trusted, np.ones(end - first, bool))
+        self.anews = []
+        if not self.begun:
+            self.begin(0, int(counter[0]))
+            self.begun = True
+        self.walk(max(first, 1), end)
+        self.mark_lives(first, end)
+        self.forget(max(len(self.number) - OVERTAKEN, 0))
+        self.end = end
 
     def close(self):
-        """What is still missing is lost."""
-        for first, end, index in self.missing.ranges:
-            self.faults.append(Fault("lost", index, first, end - first))
+        self.forget(len(self.number))
+        self.window.close()
+        self.lives.edge(self.end)
+
+    def forget(self, count):
+        self.outputs.trust(self.trusted[:count])
+        self.number, self.trusted, self.first = self.number[count:], self.trusted[count:], self.first + count
+
+    def mark_lives(self, first, end):
+        """Edges between lives: new beginnings, and stamps that jump."""
+        edges = set(self.anews)
+        begin = max(first, 1)
+        if self.period_s and end > begin:
+            time_ns = self.time_ns[begin - 1 - self.low_index:end - self.low_index]
+            number = self.number[begin - 1 - self.first:end - self.first]
+            apart = np.diff(time_ns).astype(float) - np.diff(number) * (1e9 * self.period_s)
+            for index in (np.flatnonzero(np.abs(apart) > NO_DELAY_S * 1e9) + begin).tolist():
+                if index not in edges:
+                    self.faults.add("jumped", index, int(self.number[index - self.first]))
+                    edges.add(index)
+        for index in sorted(edges):
+            self.lives.edge(index)
+
+    def begin(self, index, number):
+        self.at = self.high = self.number[index - self.first] = number
+        self.window.begin(number)
+        self.window.put(number, index)
+        self.most = max(self.most, number)
+
+    def lose(self, first, count, index):
+        self.faults.add("lost", index, first, count)
 
     def begins_anew(self, index):
         """Does the sender begin anew at this frame, whose step is not 1?"""
-        step = self.step[index - 1]
+        step, near = self.step[index - 1 - self.low_index], index - self.low_index
         if step > IMPLAUSIBLE and self.period_s:
-            return self.time_ns[index] - self.time_ns[index - 1] < 0.5e9 * step * self.period_s
-        behind = self.step[index:index + SURE]
+            return bool(self.time_ns[near] - self.time_ns[near - 1] < 0.5e9 * step * self.period_s)
+        behind = self.step[near:near + SURE]
         return bool(step < 0 and len(behind) == SURE and (behind == 1).all())
 
-    def run(self, first):
-        self.begin(0, first)
-        index = 0
-        while True:
-            index = self.smooth(index)
-            if index == len(self.step):
-                break
-            index += 1
-            self.place(index)
-        self.close()
+    def walk(self, index, end):
+        while index < end:
+            index = self.smooth(index, end)
+            if index < end:
+                self.place(index)
+                index += 1
 
-    def smooth(self, index):
-        """On over frames that follow each other, as long as they are the newest; the last one of them."""
-        if self.number[index] < self.high:
+    def smooth(self, index, end):
+        """On over frames that follow each other, as long as they are the newest; the first one behind them."""
+        if self.at < self.high:
             return index
         where = np.searchsorted(self.odd, index)
-        last = int(self.odd[where]) if where < len(self.odd) else len(self.step)
-        self.number[index:last + 1] = self.number[index] + np.arange(last + 1 - index)
-        self.high = int(self.number[last])
-        return last
+        until = min(int(self.odd[where]), end) if where < len(self.odd) else end
+        if until > index:
+            self.number[index - self.first:until - self.first] = self.at + np.arange(1, until - index + 1)
+            self.window.put(self.at + 1, index, until - index)
+            self.at = self.high = self.at + until - index
+        return until
 
     def place(self, index):
         """One frame by itself."""
-        number = int(self.number[index - 1] + self.step[index - 1])
+        number = self.at + int(self.step[index - 1 - self.low_index])
         if number > self.high:
             if number > self.high + 1 and self.begins_anew(index):
                 self.anew(index, number)
                 return
-            self.missing.add(self.high + 1, number, index)
+            self.window.miss(self.high + 1, number, index)
+            self.window.put(number, index)
             self.high = number
-        elif self.missing.take(number):
-            self.faults.append(Fault("swapped", index, number))
-        elif number < self.low:
-            if self.begins_anew(index):
-                self.anew(index, number)
-                return
-            self.missing.add(number + 1, self.low, index)
-            self.low = number
-            self.faults.append(Fault("swapped", index, number))
-        else:
-            equal = self.same(self.first_with(number, index), index)
-            if not equal and self.begins_anew(index):
-                self.anew(index, number)
-                return
-            self.came_before("repeated" if equal else "contradicting", index, number)
-            self.drop.append(index)
-        self.number[index] = number
+        elif not self.place_older(index, number):
+            self.anew(index, number)
+            return
+        self.at = self.number[index - self.first] = number
 
-    def first_with(self, number, index):
-        """The first frame of this life that had the number."""
-        for behind in range(self.looked_up, index):
-            self.first.setdefault(int(self.number[behind]), behind)
-        self.looked_up = index
-        return self.first[number]
+    def place_older(self, index, number):
+        """False: the sender begins anew here."""
+        window = self.window
+        if number < window.base or number < window.low:
+            return self.place_old(index, number)
+        if window[number] >= 0:
+            return self.place_again(index, number, window[number])
+        window.put(number, index)
+        self.swapped(index, number)
+        return True
 
-    def came_before(self, kind, index, number):
-        """A frame whose number there was; those that repeat a whole stretch are one fault."""
-        last = self.faults[-1] if self.faults else None
-        if last and last.kind == kind and (last.index + last.count, last.number + last.count) == (index, number):
-            last.count += 1
+    def place_old(self, index, number):
+        """Older than what the window holds."""
+        before = self.outputs.find(number) if number >= self.window.low else None
+        if before is not None:
+            return self.place_again(index, number, before)
+        if self.begins_anew(index):
+            return False
+        if number < self.window.base or self.floor is not None and number <= self.floor:
+            self.faults.add("stale", index, number)
         else:
-            self.faults.append(Fault(kind, index, number))
+            self.window.put_below(number, index)
+            self.swapped(index, number)
+        return True
+
+    def place_again(self, index, number, before):
+        """A number that there was; frames that repeat a whole stretch are one fault."""
+        equal = self.same(before, index)
+        if not equal and self.begins_anew(index):
+            return False
+        kind = "repeated" if equal else "contradicting"
+        if self.again == (kind, index, number):
+            self.faults.grow(kind)
+        else:
+            self.faults.add(kind, index, number)
+        self.again = (kind, index + 1, number + 1)
+        return True
+
+    def swapped(self, index, number):
+        """It and those that overtook it did not come in their turn."""
+        self.faults.add("swapped", index, number)
+        near = slice(max(index - OVERTAKEN - self.first, 0), index + 1 - self.first)
+        self.number[index - self.first] = number
+        self.trusted[near] &= self.number[near] < number
 
     def anew(self, index, number):
-        """Another life of the sender: its numbers stand behind all earlier ones, by whole turns of the counter."""
-        self.close()
-        self.most = max(self.most, self.high)
-        self.faults.append(Fault("restarted", index, number))
+        """The sender began anew, or a frame is left from before: its numbers stand behind all earlier ones, by whole turns of
+        the counter."""
+        self.window.close()
+        self.floor = self.most = max(self.most, self.high)
+        self.faults.add("restarted", index, number)
+        self.anews.append(index)
         behind = self.most + 1 - number
         self.begin(index, number + self.turn * max(-(-behind // self.turn), 0))
-
-
-def follow(counter, bits, time_ns, period_s=0.0, same=lambda a, b: True):
-    """The Sequence of a message's frames in the order of the record; `same(a, b)`: are two frames equal?"""
-    follower = Follower(steps_of(counter, bits, time_ns, period_s), time_ns, period_s, same, 1 << bits)
-    follower.run(int(counter[0]))
-    keep = np.ones(len(counter), bool)
-    keep[follower.drop] = False
-    kept = np.flatnonzero(keep)
-    kept = kept[np.argsort(follower.number[kept], kind="stable")]
-    return Sequence(follower.number, kept, sorted(follower.faults, key=lambda fault: (fault.index, fault.number)))

@@ -1,180 +1,321 @@
-"""The frames of a record, message by message: their order, their instants, their values."""
+"""The frames of a record, message by message: their order, their instants, their values.
+
+    streams, unknown = streams_of(parts, names, ...)   # as they stand in the record, each in a spool
+    stream.put_in_order(store)                         # by their counters: stream.ordered
+"""
+
+from dataclasses import dataclass
 
 import numpy as np
 
-from .clock import tick_times
+from .clock import tick_line
+from .faults import Budget, Faults
+from .events import Clocks
+from .ranks import median, quantiles
 from .refused import Refused
-from .sequence import Fault, follow
-from .events import monotonic
+from .sequence import SURE, Follower, Outputs
+from .spool import CHUNK, interpolate
 
-OVERTAKEN = 256  # frames before one that came too late among which those are looked for that overtook it
-NO_DELAY_S = 10.0  # a frame whose stamp is further from its number's place than this was not late: a clock was set
 PERIODS_SILENT = 3  # a message is silent when the others of its sender go on for longer
+MOST_KINDS = 20_000  # messages and unknown identifiers, each on its interface
+CLASSIC_BYTES = 8
+
+
+def diffs(chunks):
+    """Differences of neighbours, across the chunks' ends."""
+    last = None
+    for chunk in chunks:
+        if len(chunk):
+            yield np.diff(chunk) if last is None else np.diff(chunk, prepend=last)
+            last = chunk[-1]
 
 
 class Stream:
     """All frames of one message on one interface."""
 
-    def __init__(self, message, source, record, rows, stamps):
-        self.message, self.source = message, source
-        self.short = record.length[rows] < message.length
-        readable = record.length[rows] >= (message.counter.bytes if message.counter else message.length)
-        self.unread = rows[~readable]  # too short even for the counter
-        self.rows, self.short = rows[readable], self.short[readable]
-        self.line = record.line[self.rows]
-        self.short_lines = record.line[rows[record.length[rows] < message.length]]
-        self.stamp_ns, self.converted = stamps[0][readable], stamps[1]
-        self.record, self.sequence = record, None
-        self.order = np.arange(len(self.rows))
-        self.number = self.order
-        self.faults = []
-        if len(self.rows) and message.counter:
-            self.follow()
+    def __init__(self, message, source, store, budget):
+        self.message, self.source, self.store = message, source, store
+        self.least = message.counter.bytes if message.counter else message.length  # bytes without which a frame tells nothing
+        self.width = max(message.length, CLASSIC_BYTES)
+        self.frames = store.spool([("stamp_ns", "i8"), ("line", "i8"), ("length", "u1"), ("data", "u1", (self.width,))])
+        self.faults, self.unread = Faults(budget), 0
+        self.clock = None  # turns stamps of these lines into instants
+        self.ordered, self.shift, self.delay_s = None, 0, []
 
-    def follow(self):
-        data, counter = self.record.data[self.rows], self.message.counter
-        length = self.record.length[self.rows]
+    def take(self, part, rows):
+        """Frames as they come."""
+        length = part.length[rows]
+        for line in part.line[rows[length < self.message.length]].tolist():
+            self.faults.add("short", line, 0)
+        self.unread += int((length < self.least).sum())
+        rows = rows[length >= self.least]
+        data = np.zeros((len(rows), self.width), np.uint8)
+        width = min(self.width, part.data.shape[1])
+        data[:, :width] = part.data[rows, :width]
+        self.frames.append_columns(part.time_ns[rows], part.line[rows], part.length[rows], data)
 
-        def same(a, b):
-            return length[a] == length[b] and bool((data[a] == data[b]).all())
+    def converted(self, rows):
+        rows["stamp_ns"] = self.clock.convert(rows["stamp_ns"], rows["line"])
+        return rows
 
-        number = counter.raw(data).astype(np.int64) & (1 << self.message.counter_bits) - 1
-        self.sequence = follow(number, self.message.counter_bits, self.stamp_ns, self.message.cycle_s, same)
-        self.faults = list(self.sequence.faults)
-        self.number, self.order = self.sequence.number, self.sequence.kept
-        self.order = self.order[self.longest_life()[self.order]]
+    def put_in_order(self, store, scratch):
+        """Follows the counter: the frames to use, in the order of their numbers, go to `ordered`."""
+        self.ordered = store.spool([("number", "i8"), ("stamp_ns", "i8"), ("index", "i8"), ("trusted", "?"), ("whole", "?"),
+                                    ("data", "u1", (self.width,))])  # fmt: skip
+        kept, trusted = scratch.spool([("number", "i8"), ("index", "i8")]), scratch.spool([("trusted", "?")])
+        first, end = 0, len(self.frames)
+        if self.message.counter and end:
+            first, end = self.follow(kept, trusted)
+        else:
+            for begin in range(0, end, CHUNK):
+                number = np.arange(begin, min(begin + CHUNK, end))
+                kept.append_columns(number, number)
+                trusted.append_columns(np.ones(len(number), bool))
+        for rows in kept.chunks():
+            rows = rows[(rows["index"] >= first) & (rows["index"] < end)]
+            frames = self.converted(self.frames.take(rows["index"]))
+            self.ordered.append_columns(rows["number"], frames["stamp_ns"], rows["index"], trusted.take(rows["index"])["trusted"],
+                                        frames["length"] >= self.message.length, frames["data"])  # fmt: skip
 
-    def longest_life(self):
-        """Which frames belong to the sender's longest life: nothing says how the ticks of one lie to another's, be it that
-        the sender began anew, that a frame is left from before, or that no delay explains its stamp."""
-        anew = [fault.index for fault in self.faults if fault.kind == "restarted"]
-        if self.message.cycle_s:
-            apart = np.diff(self.stamp_ns).astype(float) - np.diff(self.number) * (1e9 * self.message.cycle_s)
-            jumps = np.flatnonzero(np.abs(apart) > NO_DELAY_S * 1e9) + 1
-            jumps = [int(index) for index in jumps if index not in anew]
-            self.faults += [Fault("jumped", index, int(self.number[index])) for index in jumps]
-            anew = sorted(anew + jumps)
-        edges = [0, *anew, len(self.rows)]
-        lengths = np.diff(edges)
-        longest = int(np.argmax(lengths))
-        of_life = np.zeros(len(self.rows), bool)
-        of_life[edges[longest]:edges[longest + 1]] = True
-        return of_life
+    def follow(self, kept, trusted):
+        """Frames [first, end) of the sender's longest life."""
+        near = Near(self.frames)
 
-    def in_order(self):
-        """Of the frames in use, those that neither came too late for their number nor overtook such a one: their
-        stamps can be trusted to lie behind their ticks."""
-        trusted = np.ones(len(self.rows), bool)
-        for fault in self.faults:
-            if fault.kind == "swapped":
-                near = np.arange(max(fault.index - OVERTAKEN, 0), fault.index + 1)
-                trusted[near[self.number[near] >= self.number[fault.index]]] = False
-        return self.order[trusted[self.order]]
+        def find(number):
+            place = kept.search("number", number)
+            row = kept.read(place, place + 1)[0] if place < len(kept) else None
+            return int(row["index"]) if row is not None and row["number"] == number else None
+
+        outputs = Outputs(kept.append_columns, trusted.append_columns, find, self.faults)
+        follower = Follower(self.message.counter_bits, self.message.cycle_s, near.same, outputs)
+        for begin in range(0, len(self.frames), CHUNK):
+            end, low = min(begin + CHUNK, len(self.frames)), max(begin - 1, 0)
+            rows = self.converted(self.frames.read(low, min(end + SURE, len(self.frames))))
+            near.hold(low, rows)
+            counter = self.message.counter.raw(rows["data"]).astype(np.int64) & (1 << self.message.counter_bits) - 1
+            follower.feed(begin, end, counter, rows["stamp_ns"], low)
+        follower.close()
+        return follower.lives.longest
 
     @property
     def name(self):
         return f"{self.message.name} on {self.source}"
 
-    def typical_period(self):
+    def find_period(self):
         """Seconds from frame to frame: what the DBC says, or more where the sender is slower."""
-        steps = np.diff(self.stamp_ns)
-        return max(self.message.cycle_s, float(np.median(steps)) / 1e9 if len(steps) else 0.0)
+        steps = median(lambda: diffs(self.converted(rows)["stamp_ns"] for rows in self.frames.chunks()))
+        return max(self.message.cycle_s, (steps or 0.0) / 1e9)
 
-    def time_beyond(self, stamp_ns, side):
-        """How long at least, by the number of its frames, this message was sent before (-1) or after (1) an instant."""
-        frames = int(np.sum(side * (self.stamp_ns[self.order] - stamp_ns) > 0))
-        return max(frames - 1, 0) * self.typical_period()
+    def end_frames(self):
+        """The first and the last in the order of their numbers."""
+        return [self.ordered.read(k, k + 1)[0] for k in (0, len(self.ordered) - 1)]
 
-    def usable(self, name=None):
-        """Indices of the frames that have all their bytes, and the signal, in the order of their numbers."""
-        whole = self.order[~self.short[self.order]]
-        return whole if name is None else whole[self.message.holds(name, self.record.data[self.rows[whole]])]
+    def rows(self, chunks=None):
+        """Chunks of `ordered` with the numbers that the group of this stream counts by."""
+        for rows in self.ordered.chunks() if chunks is None else chunks:
+            rows["number"] += self.shift
+            yield rows
 
-    def values(self, name, index):
-        return self.message.decode(name, self.record.data[self.rows[index]])
+    def usable(self, field):
+        """Chunks of the frames that have all their bytes, and the signal, in the order of their numbers."""
+        for rows in self.rows():
+            rows = rows[rows["whole"]]
+            yield rows[self.message.holds(field.name, rows["data"])]
 
-    def counts(self, name, index):
-        return self.message.fields[name].raw(self.record.data[self.rows[index]]).astype(np.int64)
+    def has(self, field):
+        return any(len(rows) for rows in self.usable(field))
 
-    def find_late(self, group):
-        """Adds a fault for each frame that came more than a period after its tick; answers all delays [s]."""
-        delay = (self.stamp_ns[self.order] - group.zero_ns - group.time_of(self.number[self.order])) / 1e9
-        late = self.order[delay > self.message.cycle_s]
-        self.faults += [Fault("late", int(i), int(self.number[i])) for i in late]
-        return delay
+    def find_late(self, group, store):
+        """Adds a fault for each frame that came more than a period after its tick, and remembers how the delays spread."""
+        delays = store.spool([("delay_s", "f8")])
+        for rows in self.rows():
+            delay = (rows["stamp_ns"] - group.zero_ns - group.time_of(rows["number"])) / 1e9
+            for row in rows[delay > self.message.cycle_s]:
+                self.faults.add("late", int(row["index"]), int(row["number"]))
+            delays.append_columns(delay)
+        self.delay_s = quantiles(lambda: (rows["delay_s"] for rows in delays.chunks()), (0.5, 0.999, 1.0))
 
 
-def streams_of(record, database, events, interface=None):
-    """({(message, source): Stream}, [unknown (identifier, source, frames, first line)])."""
-    if interface is not None and interface not in record.sources:
-        raise Refused(2, f"--interface: {interface} is not in {record.path}, only {', '.join(record.sources)}")
-    known, unknown = [], []
-    for number, source in enumerate(record.sources):
-        if interface is not None and source != interface:
+class Near:
+    """Frames by their number in the record, some at a time."""
+
+    def __init__(self, frames):
+        self.frames, self.held = frames, [(0, frames.read(0, 0))] * 2  # what was asked for last, and what is followed now
+
+    def hold(self, low, rows):
+        self.held[1] = (low, rows)
+
+    def frame(self, index):
+        for low, rows in self.held:
+            if low <= index < low + len(rows):
+                return rows[index - low]
+        self.held[0] = (index, self.frames.read(index, min(index + 1024, len(self.frames))))
+        return self.held[0][1][0]
+
+    def same(self, a, b):
+        a, b = self.frame(a), self.frame(b)
+        return a["length"] == b["length"] and a["data"].tobytes() == b["data"].tobytes()
+
+
+@dataclass
+class Sorter:
+    """Frames to their streams."""
+
+    database: object
+    store: object
+    interface: str | None
+
+    def __post_init__(self):
+        self.streams, self.unknown, self.budget = {}, {}, Budget()
+
+    def take(self, part, sources):
+        key = part.source.astype(np.int64) << 32 | part.identifier
+        order = np.argsort(key, kind="stable")
+        kinds, first = np.unique(key[order], return_index=True)
+        for kind, rows in zip(kinds.tolist(), np.split(order, first[1:]), strict=True):
+            if self.interface in (None, sources[kind >> 32]):
+                self.take_kind(kind, sources[kind >> 32], part, rows)
+
+    def take_kind(self, kind, source, part, rows):
+        message = self.database.messages.get(kind & 0xFFFFFFFF)
+        if kind not in self.streams and kind not in self.unknown and len(self.streams) + len(self.unknown) >= MOST_KINDS:
+            raise Refused(2, f"line {part.line[rows[0]]}: more than {MOST_KINDS} different identifiers")
+        if message is None:
+            frames, line = self.unknown.get(kind, (0, int(part.line[rows[0]])))
+            self.unknown[kind] = frames + len(rows), line
+            return
+        if kind not in self.streams:
+            self.streams[kind] = Stream(message, source, self.store, self.budget)
+        self.streams[kind].take(part, rows)
+
+
+def streams_of(record, parts, sorter, events):
+    """([Stream], [unknown (identifier, source, frames, first line)]) of a record that is read here."""
+    clocks = Clocks(events, sorter.store)
+    for part in parts:
+        if not len(part.line):
             continue
-        of_source = np.flatnonzero(record.source == number)
-        stamp_ns, converted = monotonic(events, source, record.time_ns[of_source])
-        identifiers = record.identifier[of_source]
-        order = np.argsort(identifiers, kind="stable")
-        kinds, first = np.unique(identifiers[order], return_index=True)
-        for identifier, those in zip(kinds.tolist(), np.split(order, first[1:]), strict=True):
-            message, rows = database.messages.get(identifier), of_source[those]
-            if message:
-                known.append(Stream(message, source, record, rows, (stamp_ns[those], converted)))
-            else:
-                unknown.append((identifier, source, len(rows), int(record.line[rows[0]])))
-    return known, unknown
+        sorter.take(part, record.sources)
+        clocks.take(part, record.sources)
+    if sorter.interface is not None and sorter.interface not in record.sources:
+        raise Refused(2, f"--interface: {sorter.interface} is not in {record.path}, only {', '.join(record.sources)}")
+    for _, stream in sorted(sorter.streams.items()):
+        stream.clock = clocks.of(stream.source)
+    unknown = [(kind & 0xFFFFFFFF, record.sources[kind >> 32], *found) for kind, found in sorted(sorter.unknown.items())]
+    return [stream for _, stream in sorted(sorter.streams.items())], unknown
+
+
+# ---- silence -----------------------------------------------------------------------------
+
+
+def is_peer(a, b):
+    return a is not b and a.source == b.source and a.message.sender and a.message.sender == b.message.sender
+
+
+def frames_beyond(stream, instants):
+    """(how many frames came before, how many after) each of some instants."""
+    order = np.argsort(instants)
+    at = np.array(instants)[order]
+    before, upto = np.zeros(len(at), np.int64), np.zeros(len(at), np.int64)
+    for rows in stream.rows():
+        stamps = np.sort(rows["stamp_ns"])
+        before += np.searchsorted(stamps, at)
+        upto += np.searchsorted(stamps, at, "right")
+    counted = np.empty((2, len(at)), np.int64)
+    counted[:, order] = before, len(stream.ordered) - upto
+    return counted
 
 
 def find_silence(streams):
     """Faults where a message begins later or ends sooner than the others of its sender. How much later is counted in
     the others' frames: a record may stall, and a sender too, but frames that were sent in turn stay in turn."""
-    for stream in streams:
-        if not (stream.message.counter and stream.message.cycle_s and len(stream.order)):
+    cyclic = [stream for stream in streams if stream.message.cycle_s and len(stream.frames)]
+    period_s = {id(stream): stream.find_period() for stream in cyclic if any(is_peer(stream, other) for other in streams)}
+    judged = [stream for stream in cyclic if stream.message.counter and len(stream.ordered) and id(stream) in period_s]
+    silent_s = {id(stream): [0.0, 0.0] for stream in judged}
+    for peer in cyclic:
+        others = [stream for stream in judged if is_peer(stream, peer)]
+        if not others:
             continue
-        peers = [peer for peer in streams if peer is not stream and peer.source == stream.source and len(peer.rows)
-                 and peer.message.sender and peer.message.sender == stream.message.sender and peer.message.cycle_s]  # fmt: skip
-        period_s = stream.typical_period()
-        for index, side in ((int(stream.order[0]), -1), (int(stream.order[-1]), 1)):
-            silent_s = max((peer.time_beyond(stream.stamp_ns[index], side) for peer in peers), default=0.0)
-            if silent_s > (PERIODS_SILENT + 0.5) * period_s:
-                stream.faults.append(Fault("silent", index, int(stream.number[index]), int(silent_s / period_s)))
+        instants = [int(frame["stamp_ns"]) for stream in others for frame in stream.end_frames()]
+        before, after = frames_beyond(peer, instants)
+        for k, stream in enumerate(others):
+            for side, frames in enumerate((before[2 * k], after[2 * k + 1])):
+                longest = silent_s[id(stream)]
+                longest[side] = max(longest[side], max(int(frames) - 1, 0) * period_s[id(peer)])
+    for stream in judged:
+        period = period_s[id(stream)]
+        for frame, silent in zip(stream.end_frames(), silent_s[id(stream)], strict=True):
+            if silent > (PERIODS_SILENT + 0.5) * period:
+                stream.faults.add("silent", int(frame["index"]), int(frame["number"]), int(silent / period))
+
+
+# ---- ticks -------------------------------------------------------------------------------
 
 
 class TickGroup:
     """Messages of one sender whose counters number the same ticks."""
 
-    def __init__(self, streams):
+    def __init__(self, streams, store):
         self.streams, self.period_s = streams, streams[0].message.cycle_s
         first = streams[0]
         for stream in streams[1:]:
             turn = 1 << stream.message.counter_bits
-            at, at_first = stream.order[0], first.order[0]
-            time = (stream.stamp_ns[at] - first.stamp_ns[at_first]) / 1e9 / self.period_s
-            apart = time - (stream.number[at] - first.number[at_first])
-            stream.number = stream.number + turn * round(apart / turn)
-        order = [s.in_order() for s in streams]
-        number = np.concatenate([s.number[index] for s, index in zip(streams, order, strict=True)])
-        stamp = np.concatenate([s.stamp_ns[index] for s, index in zip(streams, order, strict=True)])
-        order = np.lexsort((stamp, number))
-        number, stamp = number[order], stamp[order]
-        earliest = np.append(True, np.diff(number) > 0)
-        self.tick = number[earliest]
-        self.time_ns, self.zero_ns = tick_times(self.tick, stamp[earliest], self.period_s)
+            (at, _), (at_first, _) = stream.end_frames(), first.end_frames()
+            time = (int(at["stamp_ns"]) - int(at_first["stamp_ns"])) / 1e9 / self.period_s
+            apart = time - (int(at["number"]) - int(at_first["number"]))
+            stream.shift = turn * round(apart / turn)
+        points = store.spool([("number", "i8"), ("stamp_ns", "i8")])
+        self.zero_ns = min(self.earliest(merged, points) for merged in merge([trusted(stream) for stream in streams]))
+        self.ticks = tick_line(points, self.period_s, self.zero_ns, store)
+        (self.first, self.last) = (self.ticks.read(k, k + 1)[0] for k in (0, len(self.ticks) - 1))
+
+    @staticmethod
+    def earliest(rows, points):
+        """Appends each number's earliest stamp; the earliest of all."""
+        rows = rows[np.lexsort((rows["stamp_ns"], rows["number"]))]
+        rows = rows[np.append(True, np.diff(rows["number"]) > 0)]
+        points.append_columns(rows["number"], rows["stamp_ns"])
+        return int(rows["stamp_ns"].min())
 
     def time_of(self, number):
-        """Instants of any ticks, from those whose frames came in order."""
-        inside = np.interp(number, self.tick, self.time_ns)
-        beyond = np.minimum(number - self.tick[0], 0) + np.maximum(number - self.tick[-1], 0)
+        """Instants of any rising ticks, from those whose frames came in order."""
+        inside = interpolate(self.ticks, "number", "time_ns", number)
+        beyond = np.minimum(number - self.first["number"], 0) + np.maximum(number - self.last["number"], 0)
         return inside + beyond * self.period_s * 1e9
 
 
-def tick_groups(streams):
+def trusted(stream):
+    """Chunks of the frames whose stamps can be trusted to lie behind their ticks."""
+    for rows in stream.rows():
+        rows = rows[rows["trusted"]][["number", "stamp_ns"]]
+        if len(rows):
+            yield rows
+
+
+def merge(inputs):
+    """Chunks in which the rows of all inputs, each rising by `number`, stand whole: no number is in two of them."""
+    heads = [[next(rows, None), rows] for rows in inputs]
+    while any(head is not None for head, _ in heads):
+        limit = min(head["number"][-1] for head, _ in heads if head is not None)
+        out = []
+        for entry in heads:
+            while entry[0] is not None:
+                count = int(np.searchsorted(entry[0]["number"], limit, "right"))
+                out.append(entry[0][:count])
+                if count < len(entry[0]):
+                    entry[0] = entry[0][count:]
+                    break
+                entry[0] = next(entry[1], None)
+        yield np.concatenate(out)
+
+
+def tick_groups(streams, store):
     """The groups of those streams that have ticks, the others each with instants of its own where it is cyclic."""
     groups = {}
     for stream in streams:
-        if stream.message.counter and stream.message.cycle_s and len(stream.order) and len(stream.in_order()):
+        if stream.message.counter and stream.message.cycle_s and next(trusted(stream), None) is not None:
             shared = stream.message.sender if stream.message.sample_tick else stream.message.name
             key = (stream.source, stream.message.sample_tick, shared, stream.message.cycle_s)
             groups.setdefault(key, []).append(stream)
-    return [TickGroup(members) for members in groups.values()]
+    return [TickGroup(members, store) for members in groups.values()]

@@ -4,8 +4,11 @@ import math
 
 import numpy as np
 
-from .encoders import check_spread, joint_angle, motor_angle, unrolled_angle
+from .encoders import Unrolled, Zeroed, check_spread, joint_angle
+from .ranks import median
 from .refused import Refused
+from .spool import CHUNK, around, interpolate
+from .streams import diffs
 
 UNITS = {  # of a column's name: what a signal's unit is worth in it
     "rad": {"rad": 1.0, "deg": math.pi / 180, "rev": 2 * math.pi, "turn": 2 * math.pi},
@@ -17,6 +20,7 @@ UNITS = {  # of a column's name: what a signal's unit is worth in it
     "m": {"m": 1.0, "mm": 1e-3},
     "N": {"N": 1.0, "kN": 1e3},
 }
+COLUMN = (("number", "i8"), ("time_ns", "f8"), ("value", "f8"))  # of a channel's spool
 MOST_COUNT_BITS = 48  # of an encoder
 MOST_FINER = 16  # samples of an even grid for each that there is
 GAP_PERIODS = 2.5  # neighbours further apart than this are not joined by a straight line
@@ -27,9 +31,15 @@ class Column:
 
     def __init__(self, name, stream, field):
         self.name, self.stream, self.field = name, stream, field
-        self.index = stream.usable(field.name)
-        self.time_ns = self.value = None
+        self.group = self.rows = None  # spool of (number, time_ns, value)
         self.step = 0.0  # the smallest difference between two values
+
+    def limits(self):
+        """First and last row."""
+        return self.rows.read(0, 1)[0], self.rows.read(len(self.rows) - 1, len(self.rows))[0]
+
+    def typical_step(self):
+        return median(lambda: diffs(rows["time_ns"] for rows in self.rows.chunks())) or 0.0
 
 
 def joint_of(name):
@@ -57,7 +67,7 @@ def find_columns(streams, database, mapping, path):
                          "which signal is which column (docs/bus.md)")  # fmt: skip
     columns = {}
     for channel, (message, field) in wanted.items():
-        of_message = [s for s in streams if s.message is message and len(s.usable(field.name))]
+        of_message = [s for s in streams if s.message is message and s.has(field)]
         if len(of_message) > 1:
             names = " and ".join(s.source for s in of_message)
             raise Refused(2, f"{message.name} is on {names}: --interface says which one is the bench's")
@@ -70,7 +80,7 @@ def find_columns(streams, database, mapping, path):
 
 
 def plain(column, model):
-    """A signal whose unit the DBC says."""
+    """A signal whose unit the DBC says: values of its frames' data."""
     units = UNITS[unit_of(column.name)]
     if column.field.unit not in units:
         raise Refused(2, f"{column.stream.message.name}.{column.field.name}: the unit '{column.field.unit}' is none for "
@@ -78,8 +88,8 @@ def plain(column, model):
     factor = units[column.field.unit]
     if column.name.endswith("_current_A") and "bus" in model.tree:
         factor *= model.bus(joint_of(column.name), "current")["sign"]
-    column.value = factor * column.stream.values(column.field.name, column.index)
     column.step = abs(factor * column.field.scale)
+    return lambda data: factor * column.field.physical(data)
 
 
 def check_count(column):
@@ -90,116 +100,192 @@ def check_count(column):
 
 def counted_joint(column, model):
     bus = model.bus(joint_of(column.name), "joint")
-    column.value = joint_angle(column.stream.counts(column.field.name, column.index), bus)
     column.step = 2 * math.pi / bus["counts_per_turn"]
+    return lambda data: joint_angle(column.field.raw(data).astype(np.int64), bus)
 
 
-def counted_motor(column, columns, model):
-    """The relative encoder, zeroed from the joint's; answers its zero, or None where there is nothing to zero by."""
+def is_counted_motor(column):
+    return column.field.unit == "count" and column.name.endswith("_motor_rad")
+
+
+def counted_motor(column, columns, model, store):
+    """The relative encoder, zeroed from the joint's; answers its zero, or None where there is nothing to zero by. The column
+    holds counts before, and angles behind it."""
     joint = joint_of(column.name)
     bus = model.bus(joint, "motor")
-    counts = column.stream.counts(column.field.name, column.index)
-    span = 1 << column.field.bits
+    counts, span = column.rows, 1 << column.field.bits
     column.step = 2 * math.pi / bus["counts_per_turn"]
+    column.rows = store.spool(COLUMN)
     absolute = columns.get(f"{joint}_joint_rad")
     if absolute is None or absolute.field.unit != "count" and absolute.field.unit not in UNITS["rad"]:
-        column.value = unrolled_angle(counts, span, bus)
+        unroll = Unrolled(span, bus)
+        for rows in counts.chunks():
+            column.rows.append_columns(rows["number"], rows["time_ns"], unroll(rows["value"].astype(np.int64)))
         return None
-    at = np.interp(column.time_ns, absolute.time_ns, absolute.value)
-    angles, which = np.unique(at, return_inverse=True)
-    expected = np.array([model.motor_angle(joint, angle) for angle in angles.tolist()])[which]
-    if not np.isfinite(expected).all():
-        raise Refused(2, f"{joint}_joint_rad: the transmission cannot follow to {at.min():.3f} .. {at.max():.3f} rad; is "
-                         f"{model.path}: bus.{joint}.joint this bench's?")  # fmt: skip
-    column.value, zero, spread = motor_angle(counts, span, expected, bus)
+    zeroed = Zeroed(span, bus, store)
+    expect(column, counts, absolute, model, zeroed)
+    zero, spread = zeroed.find_zero()
+    for rows, angle in zip(counts.chunks(), zeroed.angles(), strict=True):
+        column.rows.append_columns(rows["number"], rows["time_ns"], angle)
     check_spread(column.name, spread, span)
     return {"zero_count": zero, "spread_counts": spread, "samples": len(counts)}
 
 
-def fill(columns, groups, model, origin_ns):
-    """Times, from an origin on, and values of all columns; {joint: how its relative encoder was zeroed}."""
+def expect(column, counts, absolute, model, zeroed):
+    """Where the joint's encoder and the transmission say that the motor is."""
+    joint, least, most, reached = joint_of(column.name), math.inf, -math.inf, True
+    for rows in counts.chunks():
+        at = interpolate(absolute.rows, "time_ns", "value", rows["time_ns"])
+        angles, which = np.unique(at, return_inverse=True)
+        expected = model.motor_angles(joint, angles)
+        reached &= bool(np.isfinite(expected).all())
+        least, most = min(least, at.min()), max(most, at.max())
+        zeroed.take(rows["value"].astype(np.int64), expected[which])
+    if not reached:
+        raise Refused(2, f"{joint}_joint_rad: the transmission cannot follow to {least:.3f} .. {most:.3f} rad; is "
+                         f"{model.path}: bus.{joint}.joint this bench's?")  # fmt: skip
+
+
+def fill_one(column, values, origin_ns, store):
+    """Times, from an origin on, and values(data)."""
+    column.rows, latest = store.spool(COLUMN), -math.inf
+    for rows in column.stream.usable(column.field):
+        if column.group:
+            time_ns = column.group.time_of(rows["number"]) + float(column.group.zero_ns - origin_ns)
+        else:  # a frame that came too late counts from then on
+            time_ns = np.maximum.accumulate(np.append(latest, (rows["stamp_ns"] - origin_ns).astype(float)))[1:]
+            latest = time_ns[-1] if len(time_ns) else latest
+        column.rows.append_columns(rows["number"], time_ns, values(rows["data"]))
+
+
+def values_of(column, model):
+    if column.field.unit != "count":
+        return plain(column, model)
+    check_count(column)
+    return column.field.raw if is_counted_motor(column) else counted_joint(column, model)
+
+
+def fill(columns, groups, model, origin_ns, store):
+    """Times and values of all columns; {joint: how its relative encoder was zeroed}."""
     zeros = {}
     for column in columns.values():
-        group = next((g for g in groups if column.stream in g.streams and column.stream.message.sample_tick), None)
-        column.group = group
-        if group:
-            column.time_ns = group.time_of(column.stream.number[column.index]) + float(group.zero_ns - origin_ns)
-        else:
-            column.time_ns = (column.stream.stamp_ns[column.index] - origin_ns).astype(float)
+        column.group = next((g for g in groups if column.stream in g.streams and column.stream.message.sample_tick), None)
+        fill_one(column, values_of(column, model), origin_ns, store)
     for column in columns.values():
-        if column.field.unit == "count":
-            check_count(column)
-        if column.field.unit != "count":
-            plain(column, model)
-        elif not column.name.endswith("_motor_rad"):
-            counted_joint(column, model)
-    for column in columns.values():
-        if column.field.unit == "count" and column.name.endswith("_motor_rad"):
-            zeros[joint_of(column.name)] = counted_motor(column, columns, model)
+        if is_counted_motor(column):
+            zeros[joint_of(column.name)] = counted_motor(column, columns, model, store)
     return zeros
 
 
 # ---- one time base -------------------------------------------------------------------
 
 
-def typical_step(time_ns):
-    return float(np.median(np.diff(time_ns))) if len(time_ns) > 1 else 0.0
+class Sampled:
+    """A column at any rising instants: straight between neighbours that are near enough."""
+
+    def __init__(self, column, holds):
+        self.rows, self.holds = column.rows, holds
+        self.near_ns = 0.0 if holds else GAP_PERIODS * column.typical_step()
+        self.first, self.last = (row["time_ns"] for row in column.limits())
+
+    def at(self, time_ns):
+        """(values, which of them are supported)."""
+        value, supported = np.empty(len(time_ns)), np.ones(len(time_ns), bool)
+        for part, rows, _ in around(self.rows, "time_ns", time_ns):
+            value[part] = np.interp(time_ns[part], rows["time_ns"], rows["value"])
+            if not self.holds:
+                supported[part] = self.supported(time_ns[part], rows["time_ns"])
+        return value, supported
+
+    def supported(self, time_ns, own):
+        exact = np.isin(time_ns, own)
+        if len(own) < 2:
+            return exact
+        right = np.clip(np.searchsorted(own, time_ns), 1, len(own) - 1)
+        near = own[right] - own[right - 1] <= self.near_ns
+        return exact | (time_ns >= self.first) & (time_ns <= self.last) & near
 
 
-def sample(column, time_ns, holds):
-    """(values at these instants, which of them are supported): straight between neighbours that are near enough."""
-    value = np.interp(time_ns, column.time_ns, column.value)
-    if holds:
-        return value, np.ones(len(time_ns), bool)
-    right = np.clip(np.searchsorted(column.time_ns, time_ns), 1, len(column.time_ns) - 1)
-    width = column.time_ns[right] - column.time_ns[right - 1]
-    near = width <= GAP_PERIODS * typical_step(column.time_ns)
-    inside = (time_ns >= column.time_ns[0]) & (time_ns <= column.time_ns[-1])
-    exact = np.isin(time_ns, column.time_ns)
-    return value, exact | inside & near
+class Joined:
+    """A column that shares its ticks with the base."""
+
+    def __init__(self, column, required):
+        self.rows, self.sampled = column.rows, None if required else Sampled(column, True)
+
+    def at(self, number, time_ns):
+        if self.sampled:
+            return self.sampled.at(time_ns)
+        value, there = np.empty(len(number)), np.empty(len(number), bool)
+        for part, rows, _ in around(self.rows, "number", number):
+            place = np.minimum(np.searchsorted(rows["number"], number[part]), len(rows) - 1)
+            value[part], there[part] = rows["value"][place], rows["number"][place] == number[part]
+        return value, there
 
 
-def assemble(columns, names, required):
-    """(instants [ns], {name: values}, ticks left out): the rows at which every required column has a value."""
-    base = columns[required[0]]
-    time_ns = base.time_ns
-    good = np.ones(len(time_ns), bool)
-    values = {}
-    for name in names:
-        column = columns[name]
-        if column.group and column.group is base.group and not column.field.multiplexer:
-            ticks, own = base.stream.number[base.index], column.stream.number[column.index]
-            place = np.minimum(np.searchsorted(own, ticks), len(own) - 1)
-            there = own[place] == ticks
-            values[name] = column.value[place]
-            good &= there | (name not in required)
-            if name not in required:
-                values[name] = np.interp(time_ns, column.time_ns, column.value)
-        else:
-            values[name], supported = sample(column, time_ns, name not in required)
-            good &= supported
-    good[1:] &= np.diff(time_ns) > 0
-    return time_ns[good], {name: value[good] for name, value in values.items()}, possible_rows(base, time_ns) - int(good.sum())
+class Table:
+    """The recording: instants [ns] and values, at the rows at which every required column has one."""
+
+    def __init__(self, names, store):
+        self.names, self.store = names, store
+        self.rows = store.spool([("time_ns", "f8"), ("value", "f8", (len(names),))])
+        self.left_out = 0  # ticks
+
+    def __len__(self):
+        return len(self.rows)
+
+    @property
+    def first_ns(self):
+        return float(self.rows.read(0, 1)["time_ns"][0])
+
+    @property
+    def last_ns(self):
+        return float(self.rows.read(len(self) - 1, len(self))["time_ns"][0])
 
 
-def possible_rows(base, time_ns):
+def assemble(columns, names, required, store):
+    base, table = columns[required[0]], Table(names, store)
+    sources = [source_of(columns[name], base, name in required) for name in names]
+    last_ns = -math.inf
+    for rows in base.rows.chunks():
+        time_ns, good = rows["time_ns"], np.diff(rows["time_ns"], prepend=last_ns) > 0
+        values = np.empty((len(rows), len(names)))
+        for k, source in enumerate(sources):
+            values[:, k], there = source.at(rows["number"], time_ns) if isinstance(source, Joined) else source.at(time_ns)
+            good &= there
+        table.rows.append_columns(time_ns[good], values[good])
+        last_ns = time_ns[-1]
+    table.left_out = possible_rows(base) - len(table)
+    return table
+
+
+def source_of(column, base, required):
+    joins = column.group and column.group is base.group and not column.field.multiplexer
+    return Joined(column, required) if joins else Sampled(column, not required)
+
+
+def possible_rows(base):
     """How many rows there would be had nothing been lost between the first and the last."""
+    first, last = base.limits()
     if base.group:
-        ticks = base.stream.number[base.index]
-        apart = int(np.median(np.diff(ticks))) if base.field.multiplexer and len(ticks) > 1 else 1
-        return int(ticks[-1] - ticks[0]) // max(apart, 1) + 1
-    step = typical_step(time_ns)
-    return 1 + round((time_ns[-1] - time_ns[0]) / step) if step else len(time_ns)
+        apart = int(median(lambda: diffs(rows["number"] for rows in base.rows.chunks())) or 1) if base.field.multiplexer else 1
+        return int(last["number"] - first["number"]) // max(apart, 1) + 1
+    step = base.typical_step()
+    return 1 + round((last["time_ns"] - first["time_ns"]) / step) if step else len(base.rows)
 
 
-def even(time_ns, values, rate_hz):
+def even(table, rate_hz):
     """The same on an even grid; instants in gaps are left out."""
-    step = 1e9 / rate_hz
-    wanted = (time_ns[-1] - time_ns[0]) / step
-    if wanted > MOST_FINER * len(time_ns):
-        raise Refused(2, f"--rate: {wanted:.0f} samples from {len(time_ns)}; expected at most {MOST_FINER} for each")
-    grid = time_ns[0] + step * np.arange(int((time_ns[-1] - time_ns[0]) / step * (1 + 1e-12)) + 1)
-    right = np.clip(np.searchsorted(time_ns, grid), 1, len(time_ns) - 1)
-    near = time_ns[right] - time_ns[right - 1] <= GAP_PERIODS * typical_step(time_ns)
-    grid = grid[near]
-    return grid, {name: np.interp(grid, time_ns, value) for name, value in values.items()}
+    step, span = 1e9 / rate_hz, table.last_ns - table.first_ns
+    if span / step > MOST_FINER * len(table):
+        raise Refused(2, f"--rate: {span / step:.0f} samples from {len(table)}; expected at most {MOST_FINER} for each")
+    near_ns = GAP_PERIODS * median(lambda: diffs(rows["time_ns"] for rows in table.rows.chunks()))
+    out, count = Table(table.names, table.store), int(span / step * (1 + 1e-12)) + 1
+    out.left_out = table.left_out
+    for first in range(0, count, CHUNK):
+        grid = table.first_ns + step * np.arange(first, min(first + CHUNK, count))
+        for part, rows, _ in around(table.rows, "time_ns", grid):
+            right = np.clip(np.searchsorted(rows["time_ns"], grid[part]), 1, len(rows) - 1)
+            near = rows["time_ns"][right] - rows["time_ns"][right - 1] <= near_ns
+            at = grid[part][near]
+            out.rows.append_columns(at, np.stack([np.interp(at, rows["time_ns"], value) for value in rows["value"].T], axis=1))
+    return out

@@ -1,0 +1,189 @@
+"""The export of what does not fit into memory: its parts against the same on whole arrays, and its peak."""
+
+import random
+import subprocess
+import sys
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from bus_record import DBC, MODEL, frames_of, twin
+from export_parts import follow
+from talus.acquire_export import spool
+from talus.acquire_export.clock import support_line
+from talus.acquire_export.ranks import quantiles, ranked
+from talus.acquire_export.window import WIDTH
+
+MOST_MB = 100
+
+
+@pytest.fixture
+def store():
+    store = spool.Store(None)
+    yield store
+    store.close()
+
+
+# ---- parts --------------------------------------------------------------------------
+
+
+def test_a_spool_is_an_array(store):
+    """Two of them written in turn, so that neither stands in one piece."""
+    generator = np.random.default_rng(1)
+    spools = [store.spool([("x", "i8"), ("y", "f8")]) for _ in range(2)]
+    whole = [np.cumsum(generator.integers(0, 4, 300_000)), np.cumsum(generator.integers(1, 3, 300_000))]
+    for first in range(0, 300_000, 1000):
+        for own, x in zip(spools, whole, strict=True):
+            own.append_columns(x[first:first + 1000], np.sin(x[first:first + 1000]))
+    for own, x in zip(spools, whole, strict=True):
+        assert len(own) == len(x) and (np.concatenate([rows["x"] for rows in own.chunks(7777)]) == x).all()
+        indices = generator.integers(0, len(x), 500)
+        assert (own.take(indices)["x"] == x[indices]).all() and len(own.take(indices[:0])) == 0
+        for value in generator.integers(x[0] - 3, x[-1] + 3, 50).tolist():
+            for side in ("left", "right"):
+                assert own.search("x", value, side) == np.searchsorted(x, value, side)
+
+
+@pytest.mark.parametrize("count", [3, 200, 20_000])
+def test_lines_between_rows_are_numpys(store, count):
+    generator = np.random.default_rng(2)
+    x = np.cumsum(generator.exponential(1.0, 400_000))
+    own = store.spool([("x", "f8"), ("y", "f8")])
+    own.append_columns(x, np.cos(x))
+    wanted = np.sort(generator.uniform(-50, x[-1] + 50, count))
+    assert (spool.interpolate(own, "x", "y", wanted) == np.interp(wanted, x, np.cos(x))).all()
+
+
+@pytest.mark.parametrize("values", [
+    np.random.default_rng(3).standard_cauchy(700_000), np.zeros(300_000), np.arange(500_000) % 3,
+    np.append(np.full(400_000, 10**6), [10**17, -10**17]), np.arange(11.0),
+], ids=["heavy tails", "one value", "three values", "two far away", "few"])  # fmt: skip
+def test_order_statistics_are_numpys(values):
+    def chunks():
+        return iter(np.array_split(values, 23))
+
+    for rank in (0, 1, len(values) // 2, len(values) - 1):
+        assert ranked(chunks, rank) == np.sort(values)[rank]
+    shares = (0.0, 0.1, 0.5, 0.999, 1.0)
+    assert quantiles(chunks, shares) == pytest.approx(list(np.quantile(values.astype(float), shares)), rel=1e-15)
+    assert quantiles(lambda: iter([]), shares) == []
+
+
+def test_the_line_below_points_lies_on_two_and_below_all():
+    generator = np.random.default_rng(4)
+    for count in (2, 3, 70, 3000):
+        x = np.sort(generator.choice(10**6, count, replace=False)).astype(float)
+        y = generator.exponential(1.0, count) + 1e-6 * x
+        level, slope = support_line(x, y)
+        above = y - level - slope * x
+        assert above.min() > -1e-9 and (above < 1e-9).sum() == 2
+
+
+def random_frames(generator):
+    """Counters as a bus gives them, with everything that may happen; (counter, time_ns, content)."""
+    counter, out = generator.randrange(1 << 16), []
+    for _ in range(generator.choice((5, 300, 3000))):
+        counter += 1
+        kind = generator.random()
+        if kind < 0.01:
+            counter += generator.choice((1, 2, 40, 3000))
+        elif kind < 0.012:
+            counter = generator.randrange(1 << 16)
+        elif kind < 0.03 and out:
+            out.append(out[-generator.randint(1, min(len(out), 20))])
+        out.append((counter % 65536, 10**6 * len(out), generator.randrange(2)))
+        if kind > 0.98 and len(out) > 9:
+            out.insert(-generator.randint(1, 8), out.pop())
+    return out
+
+
+@pytest.mark.parametrize("period_s", [0.0, 0.001])
+def test_no_fault_depends_on_where_chunks_end(period_s):
+    for seed in range(40):
+        frames = random_frames(random.Random(seed))
+        counter = np.array([frame[0] for frame in frames])
+        time_ns = 10**6 * np.arange(len(frames))
+        found = [follow(counter, 16, time_ns, period_s, lambda a, b, frames=frames: frames[a][2] == frames[b][2], chunk)
+                 for chunk in (len(frames), 997, 17, 1)]  # fmt: skip
+        for other in found[1:]:
+            assert other.faults == found[0].faults, seed
+            assert list(other.kept) == list(found[0].kept) and list(other.number) == list(found[0].number)
+            assert list(other.trusted) == list(found[0].trusted)
+        assert (np.diff(found[0].number) > 0).all() or any(fault.kind == "restarted" for fault in found[0].faults)
+
+
+def test_what_comes_later_than_the_window_is_wide():
+    """A stretch that comes again is told from one that is only now complete, by what was kept long ago."""
+    count = 2 * WIDTH
+    counter = np.delete(np.arange(count), [5])
+    late = np.append(counter, [4, 5, 7])  # known, missing, known
+    found = follow(late, 32, np.arange(len(late)) * 10**6, 0.0, chunk=10_000)
+    assert [(f.kind, f.number, f.count) for f in found.faults] == [("lost", 5, 1), ("repeated", 4, 1), ("stale", 5, 1), ("repeated", 7, 1)]
+    assert (found.number == counter).all()
+
+
+def test_a_gap_wider_than_the_window():
+    counter = np.concatenate([np.arange(100), 10**9 + np.arange(100), [10**9 - 1]])
+    found = follow(counter, 48, np.arange(len(counter)) * 10**6)
+    assert [(f.kind, f.number, f.count) for f in found.faults] == [("lost", 100, 10**9 - 101), ("swapped", 10**9 - 1, 1)]
+    assert list(found.number) == sorted(counter)
+
+
+# ---- the peak -----------------------------------------------------------------------
+
+
+# VmHWM and not ru_maxrss, which begins with what the parent had
+MEASURED = """
+import sys
+from talus.acquire_export.command import main
+status = main(sys.argv[1:])
+print(status, next(int(line.split()[1]) / 1024 for line in open("/proc/self/status") if line.startswith("VmHWM")))
+"""
+
+
+def peak_mb(folder, log, status):
+    arguments = ["--dbc", DBC, "--model", MODEL, "--quiet", "--out", folder / "out.csv", "--report", folder / "out.json", log]
+    done = subprocess.run([sys.executable, "-c", MEASURED, *map(str, arguments)], capture_output=True, text=True, check=True)
+    got, mb = done.stdout.split()
+    assert int(got) == status, done.stderr[:1000]
+    return float(mb)
+
+
+@pytest.fixture(scope="module")
+def frames(tmp_path_factory):
+    return frames_of(twin(tmp_path_factory.mktemp("memory"), duration=10))
+
+
+def write_long(path, frames, times):
+    """Some frames again and again, each time later and with the counters that follow; every 40th row is lost once."""
+    with open(path, "w") as file:
+        for turn in range(times):
+            for frame in frames:
+                number = int.from_bytes(frame.data[:2], "little") + turn * {"Supply": 1000, "KneeStatus": 100, "AnkleStatus": 100}.get(frame.name, 10_000)
+                if number % 4096:
+                    data = (number % 65536).to_bytes(2, "little") + frame.data[2:]
+                    file.write(replace(frame, t_ns=frame.t_ns + turn * 10**10, data=data).line)
+
+
+def test_memory_does_not_grow_with_the_record(tmp_path, frames):
+    """A minute and four: 6 and 23 MB of text."""
+    write_long(tmp_path / "short.log", frames, 6)
+    write_long(tmp_path / "long.log", frames, 24)
+    short, long = peak_mb(tmp_path, tmp_path / "short.log", 1), peak_mb(tmp_path, tmp_path / "long.log", 1)
+    assert long < short + 15 and long < MOST_MB
+
+
+@pytest.mark.parametrize("what", ["doubled frames", "counters at random", "in pairs", "lines without anything"])
+def test_memory_of_what_nobody_means(tmp_path, frames, what):
+    generator, lines = random.Random(1), [frame.line for frame in frames]
+    if what == "doubled frames":
+        text = "".join(line * 8 for line in lines)
+    elif what == "counters at random":
+        lines = [f"{line[:line.index('#')]}#{generator.randrange(65536):04X}{line[line.index('#') + 5:]}" for line in lines]
+        text = "".join(lines * 2)
+    elif what == "in pairs":
+        text = "".join(b + a for a, b in zip(lines[::2], lines[1::2], strict=False)) * 4
+    else:
+        text = "".join(lines) + "\n" * 20_000_000
+    (tmp_path / "r.log").write_text(text)
+    assert peak_mb(tmp_path, tmp_path / "r.log", 2 if what == "counters at random" else 0) < MOST_MB
