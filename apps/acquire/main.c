@@ -16,7 +16,7 @@ static struct session_settings asked = {
     .realtime = 1, .play_latest_s = 0.05, .source = {.receive_bytes = RECEIVE_BYTES}};
 static const char *backend;
 static int no_realtime, qualify;
-static const char *report;
+static const char *report, *rotate;
 static const double QUALIFY_S = 300.0; /* without --duration */
 
 static const struct cli_option options[] = {
@@ -24,6 +24,8 @@ static const struct cli_option options[] = {
      "write REC.log (frames) and REC.jsonl (all else); required"},
     {"duration", 'd', CLI_NUMBER, &asked.duration_s, 0, "S", "end after S seconds (else Ctrl-C ends)"},
     {"overwrite", 0, CLI_FLAG, &asked.overwrite, 0, NULL, "replace files of that name"},
+    {"rotate", 0, CLI_TEXT, &rotate, 0, "SIZE|TIME",
+     "begin the next file, REC.001.log and so on, after so much\n(100M, 2G) or so long (15min, 1h)"},
     {"quiet", 'q', CLI_FLAG, &asked.quiet, 0, NULL, "no live line, no summary"},
     {"stop", 0, CLI_TEXT, &asked.stop, 0, "IF[:ID#DATA]",
      "what an emergency edge sends on interface IF\n(the Stop frame of models/leg.dbc, or ID#DATA), three "
@@ -75,6 +77,10 @@ static enum cli_result check_numbers(void) {
     return cli_complain("--play-latest: %g is not within 0 to 1000", asked.play_latest_s);
   if (asked.source.receive_bytes < 4096 || asked.source.receive_bytes > 1 << 30)
     return cli_complain("--buffer: expected 4096 to %d", 1 << 30);
+  if (rotate && series_limit_parse(rotate, &asked.divide) != 0)
+    return cli_complain(
+        "--rotate: expected a size from 4k on (k, M, G) or a time from 1s on (s, min, h), found '%.40s'",
+        rotate);
   return CLI_RUN;
 }
 

@@ -50,6 +50,7 @@ static void print_log(const struct log_summary *s) {
     printf("%" PRIu64 " lines are no frames, the first is line %" PRIu64 "\n", s->no_frames,
            s->first_no_frame);
   if (s->cut) printf("the last line is cut off\n");
+  if (s->files > 1) printf("in %d files\n", s->files);
   if (s->uncounted) printf("%" PRIu64 " frames of further messages\n", s->uncounted);
   if (s->messages)
     printf("%-15s %10s %10s %10s  longest silence\n", "interface", "id", "frames", "per second");
@@ -128,6 +129,7 @@ static int write_report(const struct log_summary *s, const struct events_summary
   set_whole(root, "remote_frames", s->remote);
   set_whole(root, "no_frames", s->no_frames);
   json_object_set_new(root, "cut", json_boolean(s->cut));
+  json_object_set_new(root, "files", json_integer(s->files));
   set_whole(root, "first_ns", (uint64_t)s->first_ns);
   set_whole(root, "last_ns", (uint64_t)s->last_ns);
   json_object_set_new(root, "messages", messages_of(s));

@@ -6,6 +6,8 @@
 #include <string.h>
 #include <zlib.h>
 
+#include "acquire/record/series.h"
+
 enum { BLOCK = 1 << 20, LINE = 512, SLOTS = 4 * LOG_MESSAGES, NS_PER_S = 1000000000, ID_EXTENDED = 8 };
 
 struct reader {
@@ -156,8 +158,22 @@ static int read_all(gzFile file, struct reader *r, char *block) {
     r->summary->no_frames += !is_nothing(block, left);
     left = 0;
   }
-  r->summary->cut = !is_nothing(block, left);
+  r->summary->cut |= !is_nothing(block, left);
   return n;
+}
+
+/* a file, and the files in which its recording goes on */
+static int read_series(const char *log, struct reader *r, char *block) {
+  char path[4096];
+  for (int part = 0; series_find(path, sizeof path, log, part) == 0; part++) {
+    gzFile file = gzopen(path, "rb");
+    if (!file) return -1;
+    const int result = read_all(file, r, block);
+    gzclose(file);
+    if (result < 0) return -1;
+    r->summary->files++;
+  }
+  return 0;
 }
 
 static int by_name_and_id(const void *a, const void *b) {
@@ -170,16 +186,13 @@ static int by_name_and_id(const void *a, const void *b) {
 struct log_summary *log_summary_read(const char *path, struct app_error *error) {
   struct reader *r = calloc(1, sizeof *r);
   char *block = malloc(BLOCK);
-  gzFile file = gzopen(path, "rb");
   if (r) r->summary = calloc(1, sizeof *r->summary);
   struct log_summary *summary = r ? r->summary : NULL;
-  const int result = summary && block && file ? read_all(file, r, block) : -1;
-  if (!file) {
-    app_fail(error, APP_BAD_INPUT, "%s: cannot be read: %s", path, strerror(errno));
-  } else if (result < 0) {
-    app_fail(error, APP_BAD_INPUT, "%s: cannot be read", path);
-  }
-  if (file) gzclose(file);
+  errno = 0;
+  const int result = summary && block ? read_series(path, r, block) : -1;
+  if (result < 0)
+    app_fail(error, APP_BAD_INPUT, "%s: cannot be read%s%s", path, errno ? ": " : "",
+             errno ? strerror(errno) : "");
   free(block);
   free(r);
   if (result < 0) {

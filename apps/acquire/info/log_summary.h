@@ -28,6 +28,7 @@ struct log_summary {
   uint64_t no_frames, first_no_frame; /* lines that are none, and the number of the first */
   uint64_t uncounted;                 /* frames of further messages, when there are too many */
   int cut;                            /* the last line is no whole one */
+  int files;                          /* in which the record stands */
   int64_t first_ns, last_ns;          /* earliest and latest stamp */
   int messages;
   struct log_message message[LOG_MESSAGES]; /* by interface and identifier */

@@ -7,6 +7,7 @@
 #define FILE_PAIR_H
 
 #include "common/error.h"
+#include "series.h"
 #include "text.h"
 
 enum file_name { FILE_LOG, FILE_JSON, FILES };
@@ -22,11 +23,26 @@ struct file_pair {
   int failure;     /* errno of the first write or sync that failed, 0; whoever sees it first sets it */
   int failed_in;   /* enum file_name */
   int sync_failed; /* the kernel has thrown away what it could not write, and says so only once */
+
+  /* a log that is divided; the JSON file is not */
+  struct series_limit limit;
+  int part;         /* number of the file that is being written */
+  int64_t since_ns; /* when it was begun */
+  char *part_path;  /* room for its name */
+  size_t part_size;
+  int full; /* the file before it, until it is on the disk; -1 none. Closed by whoever syncs */
+  int folder;
+  int refused; /* errno why the next file could not be begun, 0 */
 };
 
 /* `out` with or without ".log". Existing files are refused unless `overwrite`, what is no file always. */
 int file_pair_open(struct file_pair *pair, const char *out, int overwrite, struct app_error *error);
 void file_pair_close(struct file_pair *pair);
+/* From now on the log is divided. */
+void file_pair_divide(struct file_pair *pair, struct series_limit limit);
+/* Begins the log's next file where it is time to, behind whole lines: 1 done, 0 not yet, -1 it cannot be begun (`refused`), and the
+ * present one goes on. By the thread that writes. */
+int file_pair_next(struct file_pair *pair, int64_t now_ns);
 
 /* The text of one file to the kernel; 0, or -1 and `failure` is set: then the text holds what is not in the
  * file. After a failure of the log, the JSON lines can still be written. */

@@ -224,7 +224,7 @@ int session_open(struct session *s, const struct session_settings *settings, con
   s->settings = settings;
   s->player.port.fd = s->stop_line.port.fd = s->stop_line.told = s->signals = -1;
   s->watch.netlink = s->watch.link_events = s->watch.clock_set = -1;
-  s->files.reserve = s->files.file[0].fd = s->files.file[1].fd = -1;
+  s->files.reserve = s->files.full = s->files.folder = s->files.file[0].fd = s->files.file[1].fd = -1;
   s->realtime.latency_fd = -1;
   s->signals = open_signals(error);
   if (s->signals < 0 || open_stop_and_player(s, error) != 0) return -1;
@@ -232,6 +232,7 @@ int session_open(struct session *s, const struct session_settings *settings, con
   if (watch_open(&s->watch, s->source, s->sources, settings->stop ? &s->stop_line : NULL, error) != 0)
     return -1;
   if (file_pair_open(&s->files, settings->out, settings->overwrite, error) != 0) return -1;
+  if (settings->divide.bytes || settings->divide.ns) file_pair_divide(&s->files, settings->divide);
   realtime_prepare(&s->realtime, settings->realtime);
   writer_init(&s->writer, &s->files, s->source, s->sources, &s->watch.events);
   return 0;

@@ -12,9 +12,10 @@
 struct session_settings {
   const char *out;
   int overwrite;
-  double duration_s; /* 0: until it is stopped */
-  int realtime;      /* ask for priority and locked memory */
-  int quiet;         /* no live line, no summary */
+  struct series_limit divide; /* when the log's next file begins */
+  double duration_s;          /* 0: until it is stopped */
+  int realtime;               /* ask for priority and locked memory */
+  int quiet;                  /* no live line, no summary */
   struct source_settings source;
   const char *stop;                    /* "can0" or "can0:001#0011": the stop frame; NULL none */
   const char *play, *play_on, *limits; /* trajectory, interface, limits; NULL none */

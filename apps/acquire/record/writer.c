@@ -8,6 +8,7 @@
 #include <linux/can.h>
 #include <string.h>
 
+#include "acquire/host/clocks.h"
 #include "can_text.h"
 
 enum { HOLD_CYCLES = 3, LINE_ROOM = 1024, ERROR_FOLD_NS = 100000000 };
@@ -333,6 +334,19 @@ void writer_give_up(struct writer *w) {
   }
 }
 
+/* the log's next file, behind the lines that are in this one; that it cannot be begun is said once */
+static void divide(struct writer *w) {
+  const int known = w->files->refused, next = file_pair_next(w->files, clock_mono_ns());
+  if (next == 0 || (next < 0 && known)) return;
+  const char *slash = strrchr(w->files->part_path, '/');
+  text_begin(json(w), "file");
+  text_set_string(json(w), "name", slash ? slash + 1 : w->files->part_path);
+  text_set_bool(json(w), "begun", next > 0);
+  text_set(json(w), "errno", w->files->refused);
+  text_set(json(w), "real_ns", clock_real_ns());
+  text_end(json(w));
+}
+
 int writer_cycle(struct writer *w, int all) {
   if (file_pair_failure(w->files)) return -1;
   const int64_t until = settled_until(w);
@@ -344,7 +358,9 @@ int writer_cycle(struct writer *w, int all) {
   for (int i = 0; i < w->sources; i++)
     if (w->state[i].error_count) put_errors(w, i);
   note_heads(w);
-  return flush_all(w);
+  if (flush_all(w) != 0) return -1;
+  if (w->files->part_path && !all) divide(w);
+  return 0;
 }
 
 /* ---- the disk ------------------------------------------------------------------------- */

@@ -8,8 +8,11 @@ time. Only what is a data frame becomes a row; remote and error frames are count
 """
 
 import gzip
+import os
+import re
 import zlib
 from dataclasses import dataclass, field
+from itertools import count
 
 import numpy as np
 
@@ -39,7 +42,9 @@ for _digit, _characters in enumerate("0 1 2 3 4 5 6 7 8 9 aA bB cC dD eE fF".spl
 class Record:
     path: str
     sources: list[str] = field(default_factory=list)  # interfaces' names
-    lines: int = 0
+    file: str = ""  # that is being read, and how many lines stand before it
+    before: int = 0
+    lines: int = 0  # of all files
     cut: int = 0  # number of the last line when it is no whole one
     remote: int = 0
     errors: int = 0
@@ -213,7 +218,18 @@ def odd_line(record, line, text):
         return
     shown = text.decode("utf-8", "replace").strip()
     shown = "".join(c if c.isprintable() else "?" for c in shown)
-    raise Refused(2, f"{record.path}:{line}: no line of candump's log format: '{shown[:60]}'")
+    raise Refused(2, f"{record.file}:{line - record.before}: no line of candump's log format: '{shown[:60]}'")
+
+
+def series(path):
+    """The files of a record that was divided: REC.log, REC.001.log, ... as long as the next one is there."""
+    yield path
+    stem = re.sub(r"(\.log)?(\.gz)?$", "", path, count=1)
+    for number in count(1):
+        found = next((name for end in (".log", ".log.gz") if os.path.exists(name := f"{stem}.{number:03d}{end}")), None)
+        if found is None:
+            return
+        yield found
 
 
 @dataclass
@@ -229,16 +245,18 @@ class Part:
 
 
 def parts_of(record):
-    """Its data frames, some thousand at a time; `record` grows meanwhile. Refused with status 2 when it is none."""
+    """Its data frames, some thousand at a time, from all files in which it goes on; `record` grows meanwhile. Refused with
+    status 2 when it is none."""
     names, frames = {}, 0
-    for text, last in blocks(record.path):
-        if last:
-            if text.strip(b"\0"):
-                record.cut = record.lines + 1
-            break
-        part = part_of(record, text, names)
-        frames += len(part.line)
-        yield part
+    for path in series(record.path):
+        record.file, record.before = path, record.lines
+        for text, last in blocks(path):
+            if last:
+                record.cut = record.lines + 1 if text.strip(b"\0") else record.cut
+                break
+            part = part_of(record, text, names)
+            frames += len(part.line)
+            yield part
     if not frames:
         raise Refused(2, f"{record.path}: holds no frame")
 
@@ -249,7 +267,7 @@ def part_of(record, text, names):
     try:
         block = Block(text, names)
     except Refused as error:
-        raise Refused(2, f"{record.path}:{record.lines + 1}: {error.text}") from error
+        raise Refused(2, f"{record.file}:{record.lines - record.before + 1}: {error.text}") from error
     for index in np.flatnonzero(~block.good & (block.end > block.start)):
         odd_line(record, record.lines + int(index) + 1, text[block.start[index]:block.end[index]])
     rows = np.flatnonzero(block.good & (block.kind == 0))
