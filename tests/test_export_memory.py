@@ -1,6 +1,7 @@
 """The export of what does not fit into memory: its parts against the same on whole arrays, and its peak."""
 
 import random
+import resource
 import subprocess
 import sys
 from dataclasses import replace
@@ -11,6 +12,7 @@ from bus_record import DBC, MODEL, frames_of, twin
 from export_parts import follow
 from talus.acquire_export import spool
 from talus.acquire_export.clock import support_line
+from talus.acquire_export.encoders import PlaceMeans
 from talus.acquire_export.ranks import quantiles, ranked
 from talus.acquire_export.window import WIDTH
 
@@ -77,6 +79,16 @@ def test_the_line_below_points_lies_on_two_and_below_all():
         level, slope = support_line(x, y)
         above = y - level - slope * x
         assert above.min() > -1e-9 and (above < 1e-9).sum() == 2
+
+
+def test_each_place_counts_once(store):
+    generator = np.random.default_rng(5)
+    places, error = generator.integers(-3000, 3000, 200_000) // generator.integers(1, 9, 200_000), generator.standard_normal(200_000)
+    means = PlaceMeans(store)
+    for first in range(0, len(places), 999):
+        means.take(places[first:first + 999], error[first:first + 999])
+    expected = np.mean([error[places == place].mean() for place in np.unique(places)])
+    assert means.result() == pytest.approx(expected, rel=1e-9)
 
 
 def random_frames(generator):
@@ -171,6 +183,16 @@ def test_memory_does_not_grow_with_the_record(tmp_path, frames):
     write_long(tmp_path / "long.log", frames, 24)
     short, long = peak_mb(tmp_path, tmp_path / "short.log", 1), peak_mb(tmp_path, tmp_path / "long.log", 1)
     assert long < short + 15 and long < MOST_MB
+
+
+def test_no_room_for_what_is_computed_on_the_way(tmp_path, frames):
+    """A word and status 1; nothing is written, and nothing stays."""
+    write_long(tmp_path / "r.log", frames, 6)
+    command = [sys.executable, "-m", "talus.acquire_export", "--dbc", DBC, "--model", MODEL, "--out", tmp_path / "out.csv", tmp_path / "r.log"]
+    done = subprocess.run(list(map(str, command)), capture_output=True, text=True,
+                          preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (1 << 20, 1 << 20)))  # fmt: skip
+    assert done.returncode == 1 and done.stderr == "talus-acquire-export: a temporary file cannot be written or read: File too large\n"
+    assert [path.name for path in tmp_path.iterdir()] == ["r.log"]
 
 
 @pytest.mark.parametrize("what", ["doubled frames", "counters at random", "in pairs", "lines without anything"])

@@ -74,8 +74,10 @@ class PlaceMeans:
     def result(self):
         total, places = 0.0, 0
         for share in self.shares:
-            rows = share.read(0, len(share))
-            own, error, count = per_place(rows["place"], rows["total"], rows["count"])
+            own = error = count = np.empty(0)
+            for rows in share.chunks():
+                columns = zip((own, error, count), (rows[name] for name in ("place", "total", "count")), strict=True)
+                own, error, count = per_place(*(np.append(*pair) for pair in columns))
             total, places = total + float((error / count).sum()), places + len(own)
         return total / places
 
