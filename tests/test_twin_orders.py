@@ -1,4 +1,4 @@
-"""apps/sim/orders.c and lateness.c: what the bus asks of the twin, and what it then does, tick by tick."""
+"""apps/leg_bus/orders.c and lateness.c: what the bus asks of the twin, and what it then does, tick by tick."""
 
 import math
 import subprocess

@@ -118,12 +118,12 @@ static void put_controller(struct output *out, enum scalar kind, const struct he
   output_printf(out, "static const tl_controller_%s %s_%s = {\n    .joint = {\n", suffix[kind], p->name,
                 suffix[kind]);
   for (j = 0; j < TL_CONTROLLER_JOINTS; j++)
-    put_joint(out, kind, p->name, joint[j], &p->f64.joint[j], &first);
+    put_joint(out, kind, p->name, joint[j], &p->made.f64.joint[j], &first);
   output_text(out, "    },\n");
   put_fields(out, kind, c, f, n, "    ");
   output_printf(out, "    .tilted = %d, .stale_ticks = %d, .decay_ticks = %d, .recover_ticks = %d,\n};\n\n",
-                (int)p->f64.tilted, (int)p->f64.stale_ticks, (int)p->f64.decay_ticks,
-                (int)p->f64.recover_ticks);
+                (int)p->made.f64.tilted, (int)p->made.f64.stale_ticks, (int)p->made.f64.decay_ticks,
+                (int)p->made.f64.recover_ticks);
 }
 
 static void put_limits(struct output *out, const struct header_parts *p) {
@@ -134,14 +134,14 @@ static void put_limits(struct output *out, const struct header_parts *p) {
   output_printf(
       out, "/* Made by talus-export from %s. What is in it, and how it is used: docs/controller.md.\n *\n",
       app_printable(text, sizeof text, p->path, strlen(p->path)));
-  output_printf(out, " * Period %g s; zero torque %g s after the last good frame.\n", p->settings.tick_s,
-                (double)(p->f64.stale_ticks + p->f64.decay_ticks) * p->settings.tick_s);
+  output_printf(out, " * Period %g s; zero torque %g s after the last good frame.\n", p->made.settings.tick_s,
+                (double)(p->made.f64.stale_ticks + p->made.f64.decay_ticks) * p->made.settings.tick_s);
   for (j = 0; j < TL_CONTROLLER_JOINTS; j++) {
-    const tl_controller_joint_settings *s = &p->settings.joint[j];
+    const tl_controller_joint_settings *s = &p->made.settings.joint[j];
     output_printf(out,
                   " * %s: %.6g Nm at the motor, %g A, %g W, %.6g Nm/s; stops %.6g .. %.6g rad;\n"
                   " *   %g of the friction compensated.\n",
-                  joint[j], p->f64.joint[j].torque_limit_Nm, s->current_limit_A, s->power_limit_W,
+                  joint[j], p->made.f64.joint[j].torque_limit_Nm, s->current_limit_A, s->power_limit_W,
                   s->rate_Nm_s, s->low_rad, s->high_rad, s->friction_share);
   }
 }
@@ -156,7 +156,7 @@ static void put_bound(struct output *out, const struct header_parts *p) {
   for (j = 0; j < TL_CONTROLLER_JOINTS; j++) {
     double error = p->bound.fixed_Nm[j];
     output_printf(out, " *   %s %.2g Nm, %.2g of its torque limit", joint[j], error,
-                  error / p->f64.joint[j].torque_limit_Nm);
+                  error / p->made.f64.joint[j].torque_limit_Nm);
     if (p->bound.curves_Nm[j] > 0.0)
       output_printf(out, "; the curves are off their effects by at most %.2g Nm (sampled)",
                     p->bound.curves_Nm[j]);
@@ -165,20 +165,20 @@ static void put_bound(struct output *out, const struct header_parts *p) {
 }
 
 void header_write(struct output *out, struct header_parts *p) {
-  const void *const f64[] = {&p->f64.joint[0], &p->f64.joint[1]};
+  const void *const f64[] = {&p->made.f64.joint[0], &p->made.f64.joint[1]};
   const void *const f32[] = {&p->f32.joint[0], &p->f32.joint[1]};
   const void *const q31[] = {&p->q31.joint[0], &p->q31.joint[1]};
-  int n = tl_controller_knots(&p->f64);
-  int fits = tl_controller_to_q31(&p->f64, p->knot_q31, &p->q31) == TL_OK;
+  int n = tl_controller_knots(&p->made.f64);
+  int fits = tl_controller_to_q31(&p->made.f64, p->knot_q31, &p->q31) == TL_OK;
 
-  tl_controller_to_f32(&p->f64, p->knot_f32, &p->f32);
+  tl_controller_to_f32(&p->made.f64, p->knot_f32, &p->f32);
   put_limits(out, p);
   put_bound(out, p);
   output_printf(out,
                 "#ifndef TALUS_EXPORT_%s_H\n#define TALUS_EXPORT_%s_H\n\n#include \"talus/controller.h\"\n\n",
                 p->name, p->name);
-  put_knots(out, F64, p->name, p->knot_f64, n);
-  put_controller(out, F64, p, &p->f64, f64);
+  put_knots(out, F64, p->name, p->made.knot, n);
+  put_controller(out, F64, p, &p->made.f64, f64);
   put_knots(out, F32, p->name, p->knot_f32, n);
   put_controller(out, F32, p, &p->f32, f32);
   if (fits) {

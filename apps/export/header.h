@@ -3,6 +3,7 @@
 #define EXPORT_HEADER_H
 
 #include "common/output.h"
+#include "controller/controller_options.h"
 #include "talus/experimental/controller_prepare.h"
 
 #define HEADER_NAME_MAX 40
@@ -11,9 +12,7 @@ struct header_parts {
   char name[HEADER_NAME_MAX + 1];
   const char *path; /* of the model file */
   const tl_model *model;
-  tl_controller_settings settings;
-  tl_controller_f64 f64;
-  tl_curve_knot_f64 knot_f64[TL_CONTROLLER_KNOTS];
+  struct controller made;
   tl_controller_bound bound;
   /* made by header_write */
   tl_controller_f32 f32;

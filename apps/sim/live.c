@@ -12,7 +12,8 @@
 #include "leg_bus/can_socket.h"
 #include "leg_bus/lateness.h"
 #include "leg_bus/leg_bus.h"
-#include "orders.h"
+#include "leg_bus/orders.h"
+#include "leg_bus/twin_states.h"
 #include "talus/random.h"
 #include "truth.h"
 
@@ -68,14 +69,8 @@ static int check_asked(const struct twin *t, struct app_error *error) {
 }
 
 int live_prepare(struct twin *t, struct app_error *error) {
-  const double turn = 2.0 * acos(-1.0);
-
   if (check_asked(t, error) != 0) return -1;
-  t->bench.sample_hz = t->bench.control_hz;
-  t->bench.jitter_s = 0.0;
-  for (int j = 0; j < TL_MAX_JOINTS; j++)
-    t->bench.drive_step_rad[j] = turn / t->bus.joint[j].motor_counts_per_turn;
-  t->bench.ankle_step_rad = turn / t->bus.joint[1].joint_counts_per_turn;
+  twin_states_settings(&t->bus, &t->bench);
   return 0;
 }
 
@@ -108,23 +103,10 @@ static void send_frame(struct live *l, const struct leg_bus_frame *frame) {
 }
 
 static void send_states(struct live *l, unsigned long tick, const double row[TL_CHANNEL_COUNT]) {
-  static const tl_channel motor[] = {TL_CHANNEL_KNEE_MOTOR, TL_CHANNEL_ANKLE_MOTOR};
-  static const tl_channel current[] = {TL_CHANNEL_KNEE_CURRENT, TL_CHANNEL_ANKLE_CURRENT};
-  struct leg_bus_frame frame;
-  tl_motion joints;
+  struct leg_bus_frame frame[TL_MAX_JOINTS];
 
-  tl_simulation_joints(l->bench->model, &l->bench->simulation, &joints);
-  joints.q[1] = row[TL_CHANNEL_ANKLE_JOINT]; /* with its encoder's own errors */
-  for (int j = 0; j < TL_MAX_JOINTS; j++) {
-    const struct model_bus_joint *bus = &l->twin->bus.joint[j];
-    const struct leg_bus_state state = {.counter = (uint16_t)tick,
-                                        .motor_count =
-                                            leg_bus_motor_count(bus, row[motor[j]], l->zero_count[j]),
-                                        .joint_count = leg_bus_joint_count(bus, joints.q[j]),
-                                        .current_A = leg_bus_current_A(bus, row[current[j]])};
-    leg_bus_pack_state(&frame, j, &state);
-    send_frame(l, &frame);
-  }
+  twin_states_pack(l->bench, &l->twin->bus, (uint16_t)tick, row, l->zero_count, frame);
+  for (int j = 0; j < TL_MAX_JOINTS; j++) send_frame(l, &frame[j]);
 }
 
 /* is tick one of those that come every `period_s`, and the how-manieth? */

@@ -7,9 +7,9 @@
 
 #include "common/output.h"
 #include "common/progress.h"
+#include "leg_bus/orders.h"
 #include "live.h"
 #include "motion/limits.h"
-#include "orders.h"
 #include "recording/recording.h"
 #include "recording/recording_writer.h"
 #include "reference.h"

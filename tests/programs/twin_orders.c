@@ -11,9 +11,7 @@
 #include <string.h>
 
 #include "leg_bus/lateness.h"
-
-/* a program's own parts are in no library */
-#include "../../apps/sim/orders.c" /* NOLINT(bugprone-suspicious-include) */
+#include "leg_bus/orders.h"
 
 static struct model_file file;
 static tl_excitation excitation;

@@ -7,7 +7,7 @@
 #ifndef ORDERS_H
 #define ORDERS_H
 
-#include "leg_bus/leg_bus.h"
+#include "leg_bus.h"
 #include "talus/experimental/excitation.h"
 #include "talus/experimental/twin.h"
 
