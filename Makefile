@@ -244,8 +244,11 @@ ifeq ($(SANITIZE),1)
 	$(Q)$(CC) -std=c99 -c -o $@ $<
 endif
 
+# talus-feedforward records as talus-acquire does, with its parts.
+parts_feedforward := apps/acquire
+parts_of = $(filter-out %/main.c,$(foreach p,$(parts_$(notdir $(1))),$(call program_sources,$(p))))
 define program_rule
-$$(BUILD)/bin/$(call app_name,$(1)): $$(call objects,$$(call program_sources,$(1))) $$(COMMON_ARCHIVE) \
+$$(BUILD)/bin/$(call app_name,$(1)): $$(call objects,$$(call program_sources,$(1)) $$(call parts_of,$(1))) $$(COMMON_ARCHIVE) \
     $$(SANITIZER_OPTIONS) $$(BUILD)/lib/libtalus.a $$(BUILD)/flags
 	$$(say) LINK $$@
 	@mkdir -p $$(@D)
@@ -255,7 +258,7 @@ endef
 $(foreach d,$(APP_DIRS),$(eval $(call program_rule,$(d))))
 
 $(OBJ)/apps/acquire/source/gpio.o $(OBJ)/apps/acquire/source/gpio_%.o: CPPFLAGS += $(GPIOD_FLAGS)
-$(BUILD)/bin/talus-acquire: APP_LIBS += $(GPIOD_LIBS)
+$(BUILD)/bin/talus-acquire $(BUILD)/bin/talus-feedforward: APP_LIBS += $(GPIOD_LIBS)
 
 $(BUILD)/bin/talus-track: APP_LIBS += $(OPENCV_LIBS)
 $(BUILD)/bin/talus-track: $(OBJ)/apps/track/opencv_face.o

@@ -208,11 +208,13 @@ static inline int32_t NAMED(count_still)(const NAMED(joint) * j, int32_t still, 
   return good ? (stands ? more : 0) : still;
 }
 
-/* both frames; 1 where both were good and near */
+/* Both frames: 1 where both were good and near, 0 where one is still to come, -1 where one was refused or has jumped.
+ * Sender and receiver have clocks of their own: a tick without a new frame is no fault until it is stale. */
 static inline int32_t NAMED(receive)(const NAMED(controller) * c, NAMED(state) * s, const NAMED(input) * in,
                                      uint32_t *status) {
   int32_t idle = s->level == 0, desired, measured, joint, most = c->stale_ticks + 1;
   REAL before[TL_CONTROLLER_JOINTS];
+  uint32_t wrong;
 
   for (joint = 0; joint < TL_CONTROLLER_JOINTS; joint++) before[joint] = s->measured.angle_rad[joint];
   desired = NAMED(take)(c, &in->desired, &s->desired, &s->desired_age, idle, s->begun & 1, status);
@@ -222,7 +224,8 @@ static inline int32_t NAMED(receive)(const NAMED(controller) * c, NAMED(state) *
         NAMED(count_still)(&c->joint[joint], s->still[joint], before[joint], s->measured.angle_rad[joint],
                            s->measured.speed_rad_s[joint], measured != 0, most);
   s->begun |= (desired != 0) | (measured != 0) << 1;
-  return (desired == 1) & (measured == 1);
+  wrong = (*status & (TL_CONTROLLER_IMPOSSIBLE | TL_CONTROLLER_JUMP)) | ((uint32_t)(desired | measured) & 2U);
+  return wrong ? -1 : desired & measured;
 }
 
 /* How much of the torque is let through: it falls by one of decay_ticks each tick while anything is wrong, and rises
@@ -236,7 +239,8 @@ static inline REAL NAMED(level)(const NAMED(controller) * c, NAMED(state) * s, i
   if (s->measured_age > c->stale_ticks) bad |= TL_CONTROLLER_STALE_MEASURED;
   if ((s->still[0] > c->stale_ticks) | (s->still[1] > c->stale_ticks)) bad |= TL_CONTROLLER_FROZEN;
   if (!enable) bad |= TL_CONTROLLER_STOPPED;
-  s->good = ((bad != 0) | (good == 0)) ? 0 : more;
+  more = good ? more : s->good;
+  s->good = ((bad != 0) | (good < 0)) ? 0 : more;
   if ((s->good >= c->recover_ticks) & (s->level < c->decay_ticks)) change = 1;
   if (bad) change = -(s->level > 0);
   s->level += change;

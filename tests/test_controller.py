@@ -184,6 +184,17 @@ def test_one_lost_frame_changes_nothing():
     assert loop.tick().torque_Nm[0] == before
 
 
+def test_comes_in_where_frames_come_every_other_tick():
+    """Sender and receiver have clocks of their own: ticks without a new frame count neither for nor against it."""
+    loop = Loop()
+    out = [loop.tick(new=tick % 2 == 0) for tick in range(120)]
+    assert out[97].torque_Nm[0] == 0.0 and out[-1].torque_Nm[0] == Loop().warm().torque_Nm[0] != 0.0
+    loop.tick(enable=0)
+    for tick in range(200):  # a frame that is refused begins the count anew, and one in 50 is
+        out = loop.tick(v=(float("nan") if tick % 40 == 20 else 0.0, 0.0))
+    assert out.torque_Nm[0] == pytest.approx(14 / 15 * Loop().warm().torque_Nm[0])
+
+
 def test_fades_towards_a_stop_and_not_away_from_it():
     """Near the knee's upper stop gravity asks for torque away from it; a desired acceleration towards it."""
     loop = Loop()

@@ -124,3 +124,15 @@ def test_bad_input_is_one_line_and_nothing_is_written(tmp_path, truth, change, o
     lines = [line for line in said.splitlines() if not line.startswith("Try ")]
     assert all(word in lines[0] for word in words) and len(said.splitlines()) <= 2, said
     assert (tmp_path / "r.json").read_text() == "as it was"
+
+
+@pytest.mark.parametrize(("options", "words"), [
+    ((), ["--twin", "--can"]), (("--can", "can0", "--twin", "x"), ["--twin", "--can"]), (("--can", "can0"), ["--out"]),
+    (("--can", "can0", "--out", "r"), ["--limits"]), (("--can", "can0", "--out", "r", "--limits", "knee.speed=1", "second.yaml"), ["one MODEL"]),
+    (("--twin", "x", "--out", "r"), ["--can"]), (("--can", "can0", "--out", "r", "--limits", "x", "--report", "r.json"), ["--twin"]),
+    (("--can", "no-such-bus", "--out", "r", "--limits", "knee.speed=1"), ["no-such-bus", "interface"]),
+])  # fmt: skip
+def test_what_does_not_go_together_is_refused(tmp_path, options, words):
+    said = run("talus-feedforward", "--play", GAIT, *options, MODELS / "leg_bench.yaml", status=2, cwd=tmp_path).stderr
+    assert all(word in said for word in words), said
+    assert not list(tmp_path.iterdir())

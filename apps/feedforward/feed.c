@@ -37,9 +37,9 @@ void feed_take(struct feed *f, const struct leg_bus_frame *frame) {
   struct leg_bus_state state;
   int joint;
 
+  if (leg_bus_is_stop(frame)) f->stopped = 1;
   if (!f->controller || leg_bus_unpack_state(frame, &joint, &state) != 0) return;
   leg_bus_encoder_take(&f->encoder[joint], &state);
-  f->current_A[joint] = leg_bus_current_A(&f->file->bus.joint[joint], state.current_A);
   f->counter[joint] = state.counter;
   f->came[joint] = 1;
   if (!f->came[0] || !f->came[1] || f->counter[0] != f->counter[1]) return;
@@ -64,7 +64,7 @@ static void feed_forward(struct feed *f, double t_s, int enable, double torque_N
     f->in.desired.acceleration[j] = desired.a[j];
   }
   f->in.desired.count++;
-  f->in.enable = enable;
+  f->in.enable = enable && !f->stopped;
   tl_controller_tick_f64(&f->controller->f64, &f->state, &f->in, &out);
   for (int j = 0; j < TL_CONTROLLER_JOINTS; j++) {
     torque_Nm[j] = out.torque_Nm[j];

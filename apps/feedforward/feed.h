@@ -31,7 +31,7 @@ struct feed {
   uint16_t counter[TL_CONTROLLER_JOINTS]; /* of the last state frames */
   int came[TL_CONTROLLER_JOINTS];         /* a state frame has come */
   uint16_t last_counter;                  /* of the last measured frame that was whole */
-  double current_A[TL_CONTROLLER_JOINTS]; /* as the drives measured it */
+  int stopped;                            /* a stop frame has come, whoever sent it: no torque any more */
   double peak_Nm[TL_CONTROLLER_JOINTS];
   unsigned long ticks, frames, told[FEED_STATUS_BITS]; /* ticks with each bit of the status */
 };
@@ -40,7 +40,7 @@ struct feed {
  * is told is as late, or the difference would be torque. Nullable: file and controller, together: no feedforward. */
 void feed_init(struct feed *f, const struct model_file *file, const struct controller *controller,
                const struct trajectory *motion, double speed_lag_s);
-/* One frame from the bus; others than states are left aside. */
+/* One frame from the bus; others than states and the stop are left aside. */
 void feed_take(struct feed *f, const struct leg_bus_frame *frame);
 /* What the drives are told at t_s of the motion: angle and speed, and motor torque [Nm] for the tick that follows, whatever
  * has come or not. enable = 0: torque down to zero. */

@@ -9,6 +9,7 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
+#define MOST_FILTERS 8
 #define MOST_SKIPPED                                                                                         \
   1000 /* frames of other kinds at one go, so that a flooded bus does not hold the twin up */
 
@@ -40,6 +41,15 @@ int can_socket_open(const char *interface, struct app_error *error) {
 
 void can_socket_close(int fd) {
   close(fd);
+}
+
+int can_socket_only(int fd, const uint32_t *id, int n) {
+  struct can_filter filter[MOST_FILTERS];
+
+  if (n > MOST_FILTERS) return -1;
+  for (int i = 0; i < n; i++)
+    filter[i] = (struct can_filter){id[i], CAN_SFF_MASK | CAN_EFF_FLAG | CAN_RTR_FLAG};
+  return setsockopt(fd, SOL_CAN_RAW, CAN_RAW_FILTER, filter, (socklen_t)((size_t)n * sizeof *filter));
 }
 
 int can_socket_send(int fd, const struct leg_bus_frame *frame) {

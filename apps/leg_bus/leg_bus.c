@@ -168,6 +168,9 @@ int leg_bus_unpack_host_heartbeat(const struct leg_bus_frame *frame, enum leg_bu
   return 0;
 }
 
+const uint32_t leg_bus_listened[LEG_BUS_LISTENED] = {LEG_DBC_STOP_FRAME_ID, LEG_DBC_KNEE_STATE_FRAME_ID,
+                                                     LEG_DBC_ANKLE_STATE_FRAME_ID};
+
 /* ---- counts and angles ----------------------------------------------------------------- */
 
 /* x less the whole turns of `turn` that bring it nearest to 0 */

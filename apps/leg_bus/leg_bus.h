@@ -80,6 +80,10 @@ int leg_bus_is_stop(const struct leg_bus_frame *frame);
 /* 0 and the mode, or -1 when the frame is no heartbeat of the host. */
 int leg_bus_unpack_host_heartbeat(const struct leg_bus_frame *frame, enum leg_bus_mode *mode);
 
+#define LEG_BUS_LISTENED 3
+/* Identifiers that a controller listens to: the stop and both states. */
+extern const uint32_t leg_bus_listened[LEG_BUS_LISTENED];
+
 /* ---- counts and angles ----------------------------------------------------------------- */
 
 /* An absolute count, and back: 0 at joint angle 0, within half a turn of it. */

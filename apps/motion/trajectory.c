@@ -95,9 +95,6 @@ static int read_file(struct reader *r, struct app_error *error) {
       .path = t->path, .name = r->name, .names = (size_t)(1 + TRAJECTORY_QUANTITIES * t->joints)};
 
   if (csv_read(&header, &visitor, r, error) != 0) return -1;
-  if (t->rows < TRAJECTORY_MIN_ROWS)
-    return app_fail(error, APP_BAD_INPUT, "%s: %zu rows, expected at least %d", t->path, t->rows,
-                    TRAJECTORY_MIN_ROWS);
   if (header.unknown.used) app_note("%s: columns not known and not read: %s", t->path, header.unknown.text);
   t->t_s = t->column[0];
   for (int j = 0; j < t->joints; j++) t->q[j] = t->column[1 + j];
@@ -126,8 +123,12 @@ static void bend_spline(const struct trajectory *t, const double *q, double *ben
 }
 
 static int make_spline(struct trajectory *t, struct app_error *error) {
-  double *upper = malloc(t->rows * sizeof *upper);
+  double *upper;
 
+  if (t->rows < TRAJECTORY_MIN_ROWS)
+    return app_fail(error, APP_BAD_INPUT, "%s: %zu rows, expected at least %d", t->path, t->rows,
+                    TRAJECTORY_MIN_ROWS);
+  upper = malloc(t->rows * sizeof *upper);
   if (!upper) return app_fail(error, APP_FAILED, "out of memory");
   t->begin_s = t->t_s[0];
   for (size_t i = 0; i < t->rows; i++) t->t_s[i] -= t->begin_s;
@@ -180,6 +181,42 @@ void trajectory_at(const struct trajectory *t, double t_s, tl_motion *motion) {
     motion->v[j] = (bend[1] * x * x - bend[0] * y * y) / (2.0 * step) + to - from;
     motion->a[j] = (bend[0] * y + bend[1] * x) / step;
   }
+}
+
+/* ---- in other rows ----------------------------------------------------------------- */
+
+static int allocate_rows(struct trajectory *t) {
+  for (int c = 0; c <= t->joints; c++) {
+    t->column[c] = malloc(t->rows * sizeof *t->column[c]);
+    if (!t->column[c]) return -1;
+  }
+  t->t_s = t->column[0];
+  for (int j = 0; j < t->joints; j++) t->q[j] = t->column[1 + j];
+  return t->t_s ? 0 : -1;
+}
+
+int trajectory_resample(struct trajectory *t, double step_s, double rest_s, struct app_error *error) {
+  struct trajectory fine = {.path = t->path, .joints = t->joints};
+  tl_motion at;
+
+  fine.rows = (size_t)ceil((trajectory_length_s(t) + 2.0 * rest_s) / step_s) + 1;
+  if (allocate_rows(&fine) != 0) {
+    trajectory_free(&fine);
+    return app_fail(error, APP_FAILED, "out of memory");
+  }
+  for (size_t i = 0; i < fine.rows; i++) {
+    const double t_s = (double)i * step_s - rest_s;
+    trajectory_at(t, t_s, &at);
+    fine.t_s[i] = t->begin_s + t_s;
+    for (int j = 0; j < t->joints; j++) fine.q[j][i] = at.q[j];
+  }
+  if (make_spline(&fine, error) != 0) {
+    trajectory_free(&fine);
+    return -1;
+  }
+  trajectory_free(t);
+  *t = fine;
+  return 0;
 }
 
 /* ---- at its rows ------------------------------------------------------------------- */

@@ -44,6 +44,9 @@ struct trajectory_steps {
 int trajectory_read(const char *path, const tl_model *model, const struct trajectory_steps *steps,
                     struct trajectory *out, struct app_error *error);
 void trajectory_free(struct trajectory *t);
+/* The same motion in rows of an even step, with a rest before and behind it; speeds and torques of the file are dropped.
+ * 0, or -1 with status 1: out of memory; it is as it was then. */
+int trajectory_resample(struct trajectory *t, double step_s, double rest_s, struct app_error *error);
 
 /* Position, velocity and acceleration; slip becomes 0. */
 void trajectory_at(const struct trajectory *t, double t_s, tl_motion *motion);

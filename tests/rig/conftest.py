@@ -1,10 +1,13 @@
-"""Interfaces and files for the tests that need a real kernel; docs/rig.md says how `make rig` has one."""
+"""Interfaces, a button and files for the tests that need a real kernel; docs/rig.md says how `make rig` has one."""
 
+import os
 import socket
 import subprocess
 from pathlib import Path
 
 import pytest
+from button import Button
+from support import REPOSITORY
 
 
 def has_can():
@@ -50,3 +53,19 @@ def deep_backlog():
     limit.write_text("300000", encoding="ascii")
     yield
     limit.write_text(before, encoding="ascii")
+
+
+@pytest.fixture(scope="session")
+def fake_gpio(tmp_path_factory):
+    library = tmp_path_factory.mktemp("gpio") / "fake_gpio.so"
+    subprocess.run(["gcc", "-O1", "-shared", "-fPIC", "-o", library, REPOSITORY / "tests/rig/fake_gpio.c"], check=True)
+    return library
+
+
+@pytest.fixture
+def button(tmp_path, fake_gpio):
+    folder = tmp_path / "gpio"
+    folder.mkdir()
+    button = Button(folder, fake_gpio)
+    yield button
+    os.close(button.fifo)

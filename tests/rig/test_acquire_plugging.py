@@ -14,7 +14,6 @@ import time
 
 import pytest
 from recording import Recording, hold_up, ip, read_lines
-from support import REPOSITORY
 from talus.acquire_export import events as export_events
 from talus.acquire_export import record as export_record
 from test_player import LIMITS, write_trajectory
@@ -156,43 +155,6 @@ def test_frames_of_other_interfaces_stay_out(vcan, tmp_path):
 
 
 # ---- the emergency stop -----------------------------------------------------------------------
-
-
-class Button:
-    """A line of a chip that fake_gpio.c is: falls when it is pressed."""
-
-    def __init__(self, folder, library):
-        self.folder, self.pressed_times = folder, 0
-        os.mkfifo(folder / "events")
-        self.level(1)
-        self.fifo = os.open(folder / "events", os.O_RDWR)
-        self.environment = {"LD_PRELOAD": str(library), "FAKE_GPIO": str(folder)}
-
-    def level(self, value):
-        (self.folder / "level").write_text(str(value))
-
-    def press(self):
-        """The edge; its time."""
-        self.pressed_times += 1
-        now = time.monotonic_ns()
-        os.write(self.fifo, struct.pack("=QIIII24x", now, 2, 4, self.pressed_times, self.pressed_times))
-        return now
-
-
-@pytest.fixture(scope="module")
-def fake_gpio(tmp_path_factory):
-    library = tmp_path_factory.mktemp("gpio") / "fake_gpio.so"
-    subprocess.run(["gcc", "-O1", "-shared", "-fPIC", "-o", library, REPOSITORY / "tests/rig/fake_gpio.c"], check=True)
-    return library
-
-
-@pytest.fixture
-def button(tmp_path, fake_gpio, monkeypatch):
-    folder = tmp_path / "gpio"
-    folder.mkdir()
-    button = Button(folder, fake_gpio)
-    yield button
-    os.close(button.fifo)
 
 
 class Guarded(Recording):

@@ -10,7 +10,6 @@
 #include <string.h>
 
 #include "acquire/host/clocks.h"
-#include "leg_bus/leg_bus.h"
 
 enum { HEARTBEAT_NS = 10000000, RETRY_NS = 100000, HOLD_TRIED_NS = 500000000, NS_PER_S = 1000000000 };
 
@@ -50,13 +49,22 @@ static int make_frames(struct player *p, struct app_error *error) {
   return 0;
 }
 
+/* a feed's rows are its own: those of the file may be as far apart as they like */
+static int read_points(struct player *p, const char *file, struct app_error *error) {
+  static const tl_model leg = {.plant = TL_PLANT_LEG};
+  if (!p->feed) return setpoints_read(&p->points, file, error);
+  if (trajectory_read(file, &leg, NULL, &p->points, error) != 0) return -1;
+  return trajectory_resample(&p->points, p->feed->step_s, p->feed->rest_s, error);
+}
+
 int player_open(struct player *p, const char *file, const char *limits, const char *interface,
-                struct app_error *error) {
+                const struct player_feed *feed, struct app_error *error) {
   tl_limits allowed[SETPOINT_JOINTS];
   memset(p, 0, sizeof *p);
+  p->feed = feed;
   p->port.fd = -1;
   if (setpoints_limits(limits, allowed, error) != 0) return -1;
-  if (setpoints_read(&p->points, file, error) != 0) return -1;
+  if (read_points(p, file, error) != 0) return -1;
   if (setpoints_check(&p->points, allowed, error) != 0 || make_frames(p, error) != 0) return -1;
   const int failure = can_port_open(&p->port, interface);
   if (failure == ENODEV) return app_fail(error, APP_BAD_INPUT, "--play-on: %s: no such interface", interface);
@@ -92,9 +100,20 @@ static int send_by(struct player *p, const struct can_frame *frame, int64_t late
   return -1;
 }
 
+/* made before the start, or now */
+static int feed_row(struct player *p, size_t i) {
+  struct leg_bus_frame frame[SETPOINT_JOINTS];
+  if (!p->feed) return 0;
+  memset(frame, 0, sizeof frame);
+  if (p->feed->row(p->feed->context, i, frame) != 0) return -1;
+  for (int j = 0; j < SETPOINT_JOINTS; j++) p->frame[i * SETPOINT_JOINTS + (size_t)j] = frame_of(&frame[j]);
+  return 0;
+}
+
 static enum player_end play_row(struct player *p, size_t i, int64_t due_ns) {
   const int64_t late_ns = clock_mono_ns() - due_ns;
   if (late_ns > p->latest_ns) return PLAYER_TOO_LATE;
+  if (feed_row(p, i) != 0) return PLAYER_NO_FIELD;
   lateness_add(&p->late, late_ns, NS_PER_S);
   for (int j = 0; j < SETPOINT_JOINTS; j++)
     if (send_by(p, &p->frame[i * SETPOINT_JOINTS + (size_t)j], due_ns + p->latest_ns) != 0)
@@ -137,7 +156,12 @@ void player_run(struct player *p) {
 /* ---- afterwards ------------------------------------------------------------------------------- */
 
 const char *player_end_text(const struct player *p) {
-  static const char *const text[] = {"running", "done", "stopped", "too late", "refused by the kernel"};
+  static const char *const text[] = {"running",
+                                     "done",
+                                     "stopped",
+                                     "too late",
+                                     "refused by the kernel",
+                                     "a set-point that does not fit into its field"};
   return text[p->end];
 }
 
@@ -164,6 +188,7 @@ void player_report(const struct player *p, struct text *json) {
   }
   text_string(json, "}");
   text_end(json);
+  if (p->feed) p->feed->report(p->feed->context, json);
 }
 
 void player_print(const struct player *p) {
@@ -172,4 +197,5 @@ void player_print(const struct player *p) {
   for (int k = 0; k < LATENESS_CLASSES; k++)
     if (p->late.count[k]) fprintf(stderr, "    below %8.0f us  %9lu\n", ldexp(1.0, k), p->late.count[k]);
   fprintf(stderr, "    worst %10.1f us\n", 1e-3 * (double)p->late.worst_ns);
+  if (p->feed) p->feed->print(p->feed->context);
 }

@@ -212,7 +212,9 @@ static int open_stop_and_player(struct session *s, struct app_error *error) {
   const struct session_settings *settings = s->settings;
   if (settings->stop && stop_line_open(&s->stop_line, settings->stop, error) != 0) return -1;
   if (!settings->play) return 0;
-  if (player_open(&s->player, settings->play, settings->limits, settings->play_on, error) != 0) return -1;
+  if (player_open(&s->player, settings->play, settings->limits, settings->play_on, settings->feed, error) !=
+      0)
+    return -1;
   s->player.latest_ns = llround(settings->play_latest_s * NS_PER_S);
   s->stop_line.playing = &s->player.stop;
   return 0;
@@ -398,7 +400,7 @@ static int judge(const struct session *s, struct app_error *error) {
   if (failed)
     return app_fail(error, APP_FAILED, "%s: cannot be read any longer: %s", failed->spec.name,
                     strerror(failed->failure));
-  if (s->player.end == PLAYER_TOO_LATE || s->player.end == PLAYER_REFUSED)
+  if (s->player.end >= PLAYER_TOO_LATE)
     return app_fail(error, APP_FAILED, "%s: playing ended at set-point %zu: %s", s->settings->play,
                     s->player.rows_sent, player_end_text(&s->player));
   if (s->settings->play && s->player.hold_failure)

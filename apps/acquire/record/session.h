@@ -20,6 +20,7 @@ struct session_settings {
   const char *stop;                    /* "can0" or "can0:001#0011": the stop frame; NULL none */
   const char *play, *play_on, *limits; /* trajectory, interface, limits; NULL none */
   double play_latest_s;                /* a set-point later than this ends the playing */
+  const struct player_feed *feed;      /* who makes the set-points; NULL: the trajectory */
 };
 
 enum session_reason {
