@@ -22,7 +22,7 @@ typedef NAMED(tl_controller_output) NAMED(output);
 
 static inline REAL NAMED(size)(REAL x, uint32_t *saturated) {
   UNUSED(saturated);
-  return x < 0 ? SAT(-(WIDE)x) : x;
+  return MAGNITUDE(x);
 }
 
 static inline REAL NAMED(between)(REAL x, REAL low, REAL high) {
@@ -247,13 +247,13 @@ static inline REAL NAMED(level)(const NAMED(controller) * c, NAMED(state) * s, i
   if ((bad != 0) & (s->level > 0)) bad |= TL_CONTROLLER_DECAYING;
   if (s->level == 0) bad |= TL_CONTROLLER_ZERO;
   *status |= bad;
-  return s->level < c->decay_ticks ? NAMED(between)(HOLD((WIDE)s->level * c->per_level), 0, UNIT_Q30)
-                                   : UNIT_Q30;
+  return s->level < c->decay_ticks ? INSIDE((WIDE)s->level * c->per_level, 0, UNIT_Q30) : UNIT_Q30;
 }
 
 /* ---- limits --------------------------------------------------------------------- */
 
-/* the most that the motor may do at this speed: the highest of the lines, between 0 and the torque limit */
+/* the most that the motor may do at this speed: the highest of the lines, not below 0. At low speed it lies above the torque
+ * limit, which holds already */
 static inline REAL NAMED(power_limit)(const NAMED(joint) * j, REAL v, uint32_t *saturated) {
   REAL speed = SIZE(v, saturated);
   WIDE most = 0, line;
@@ -264,15 +264,14 @@ static inline REAL NAMED(power_limit)(const NAMED(joint) * j, REAL v, uint32_t *
     line = j->power_Nm[i] - MUL(j->power_slope[i], speed, 22);
     most = line > most ? line : most;
   }
-  return NAMED(between)(HOLD(most), 0, j->torque_limit_Nm);
+  return HOLD(most);
 }
 
 /* 1 far from the limit that this torque pushes towards, 0 at it and beyond: Q29 times Q22 to Q30 */
 static inline REAL NAMED(room)(const NAMED(joint) * j, REAL torque, REAL q) {
   int32_t up = (torque > 0) == (j->side > 0);
   WIDE way = up ? (WIDE)j->high_rad - q : (WIDE)q - j->low_rad;
-  REAL left =
-      NAMED(between)(HOLD(way), 0, UNIT_Q30); /* 2 rad in Q29, 1 rad in floating point: no fade is longer */
+  REAL left = INSIDE(way, 0, UNIT_Q30); /* 2 rad in Q29: no fade is longer */
 
   return NAMED(between)(HOLD(MUL(left, j->fade_gain, 21)), 0, UNIT_Q30);
 }

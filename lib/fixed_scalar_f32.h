@@ -2,11 +2,13 @@
 #ifndef TALUS_FIXED_SCALAR_F32_H
 #define TALUS_FIXED_SCALAR_F32_H
 
+#include <math.h>
 #include <stdint.h>
 #include <string.h>
 
 #define REAL float
 #define NAMED(name) name##_f32 /* tl_curve_at: tl_curve_at_f32 */
+#define MAGNITUDE(x) fabsf(x)
 
 #include "fixed_scalar_floating.h"
 

@@ -2,10 +2,12 @@
 #ifndef TALUS_FIXED_SCALAR_F64_H
 #define TALUS_FIXED_SCALAR_F64_H
 
+#include <math.h>
 #include <stdint.h>
 
 #define REAL double
 #define NAMED(name) name##_f64 /* tl_curve_at: tl_curve_at_f64 */
+#define MAGNITUDE(x) fabs(x)
 
 #include "fixed_scalar_floating.h"
 

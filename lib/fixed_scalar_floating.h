@@ -10,6 +10,7 @@
 #define DROP(wide, drop) (wide)
 #define SAT(wide) (wide)
 #define HOLD(wide) (wide)
+#define INSIDE(wide, low, high) (wide)
 #define UNIT_Q30 ((REAL)1)
 #define UNIT_Q31 ((REAL)1)
 

@@ -18,6 +18,14 @@ static inline int32_t tl_hold(int64_t wide) {
   return tl_saturate(wide, &saturated);
 }
 #define HOLD(wide) tl_hold(wide)
+/* where no sound state and no sound model leaves the range: what is not sound is held all the same */
+#define INSIDE(wide, low, high) tl_inside((wide), (low), (high))
+#define MAGNITUDE(x) ((x) < 0 ? SAT(-(WIDE)(x)) : (x))
+static inline int32_t tl_inside(int64_t wide, int32_t low, int32_t high) {
+  int64_t above = wide > low ? wide : low;
+
+  return above < high ? (int32_t)above : high;
+}
 /* the top bit is set where |x| > limit. Of a difference modulo 2^32: where both are within 2^31 - limit / 2, it is the
  * difference wherever that is within limit */
 #define EXCESS(x, limit) tl_excess((uint32_t)(x), (limit))

@@ -160,7 +160,8 @@ def test_pinocchio_agrees():
     peer("pinocchio")
     found = importlib.import_module("inverse").measure(Tiny)
     assert found["difference"] <= 1e-12
-    assert len(found["rnea"]) == len(found["single"]) == len(found["batch"]) == 3
+    assert len(found["rnea"]) == len(found["single"]) == len(found["batch"]) == len(found["tick"]) == 3
+    assert found["status"] == 0  # the controller's, once it has come in
 
 
 @pytest.mark.parametrize(("bench", "needs"), BENCHES)

@@ -38,7 +38,7 @@ def build(size):
 
 
 def measure(size):
-    """What the program prints: difference of the sides, and times [ns a state]."""
+    """What the program prints: difference of the sides, times [ns a state], and the controller's last status (0)."""
     arguments = [str(size.scaled(STATES, 100)), str(size.scaled(REPETITIONS, 3))]
     done = subprocess.run([build(size), *arguments], check=True, capture_output=True, text=True)
     return json.loads(done.stdout)
@@ -47,13 +47,14 @@ def measure(size):
 def bench(size):
     """One call a state, and the batch call."""
     found = measure(size)
-    rnea, single, batch = ([1e-9 * t for t in found[name]] for name in ("rnea", "single", "batch"))
+    rnea, single, batch, tick = ([1e-9 * t for t in found[name]] for name in ("rnea", "single", "batch", "tick"))
     peer = "Pinocchio's rnea, two revolute joints, constant ratio, no friction"
     leg = "leg with screw linkage and friction"
     return Outcome(
         [
             Comparison("inverse dynamics", f"tl_inverse, {leg}", peer, single, rnea, 6.0),
             Comparison("inverse dynamics, batch", f"tl_inverse_batch, {leg}", peer, batch, rnea),
+            Comparison("controller", f"tl_controller_tick_f64, {leg}, with its checks and limits", peer, tick, rnea),
         ],
         [f"same torques on the plain leg to {found['difference']:.1e} of the largest"],
         {"torque_difference": found["difference"]},

@@ -4,8 +4,8 @@
 //
 // First both compute the same leg (constant ratios, no friction), and their largest
 // difference is printed. Then each side is timed in turn: Pinocchio on the plain two
-// joints, talus on the leg with linkage and friction. Prints JSON: processor time of the
-// thread in ns a state.
+// joints, talus on the leg with linkage and friction, and the controller's whole tick with its checks and limits.
+// Prints JSON: processor time of the thread in ns a state.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -18,6 +18,7 @@
 #include <pinocchio/multibody/data.hpp>
 #include <pinocchio/multibody/model.hpp>
 
+#include "talus/experimental/controller_prepare.h"
 #include "talus/plant.h"
 
 namespace {
@@ -173,6 +174,45 @@ double batch_pass(const tl_model &m, States &s) {
   return spent / double(n);
 }
 
+struct Controller {
+  tl_controller_settings settings;
+  tl_controller_f64 c;
+  std::vector<tl_curve_knot_f64> knot;
+  tl_controller_state_f64 state;
+  uint32_t ticks;
+
+  explicit Controller(const tl_model &m) : knot(TL_CONTROLLER_KNOTS), ticks(0) {
+    int refused;
+    tl_controller_defaults(&m, &settings);
+    require(tl_controller_prepare(&c, &m, nullptr, 0, &settings, knot.data(), &refused));
+    tl_controller_start_f64(&state);
+  }
+};
+
+// as many ticks as there are states, along sines that a joint can move by
+double tick_pass(Controller &controller, const States &s, unsigned *status) {
+  std::vector<tl_controller_input_f64> in(std::size_t(s.q.cols()));
+  for (tl_controller_input_f64 &one : in) {
+    const double at = 1e-3 * ++controller.ticks;
+    tl_controller_frame_f64 frame = {};
+    for (int j = 0; j < 2; j++) {
+      frame.angle_rad[j] = 0.3 * std::sin(5.0 * at + j);
+      frame.speed_rad_s[j] = 1.5 * std::cos(5.0 * at + j);
+      frame.acceleration[j] = -7.5 * std::sin(5.0 * at + j);
+    }
+    frame.count = controller.ticks;
+    one = {frame, frame, 1};
+  }
+  tl_controller_output_f64 out;
+  const double begin = now_ns();
+  for (const tl_controller_input_f64 &one : in) {
+    tl_controller_tick_f64(&controller.c, &controller.state, &one, &out);
+    sink += out.torque_Nm[0] + out.torque_Nm[1];
+  }
+  *status = out.status;
+  return (now_ns() - begin) / double(in.size());
+}
+
 void print_times(const char *name, const std::vector<double> &times) {
   std::printf(", \"%s\": [", name);
   for (std::size_t i = 0; i < times.size(); i++) std::printf("%s%.4f", i ? ", " : "", times[i]);
@@ -187,17 +227,22 @@ int main(int argc, char **argv) {
   const tl_model leg = whole_leg();
   const pinocchio::Model model = plain_model(plain_leg());
   pinocchio::Data data(model);
-  std::vector<double> rnea, single, batch;
+  std::vector<double> rnea, single, batch, tick;
+  Controller controller(leg);
+  unsigned status = 0;
 
   std::printf("{\"difference\": %.3g", difference(states));
   for (int repetition = 0; repetition < std::atoi(argv[2]); repetition++) {
     rnea.push_back(rnea_pass(model, data, states));
     single.push_back(single_pass(leg, states));
     batch.push_back(batch_pass(leg, states));
+    tick.push_back(tick_pass(controller, states, &status));
   }
   print_times("rnea", rnea);
   print_times("single", single);
   print_times("batch", batch);
+  print_times("tick", tick);
+  std::printf(", \"status\": %u", status);
   std::printf("}\n");
   return std::isfinite(sink) ? 0 : 1;
 }
