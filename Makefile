@@ -359,7 +359,7 @@ test-rig: all test-programs
 	$(Q)PYTHON='$(PYTHON)' TALUS_BUILD='$(abspath $(BUILD))' tools/rig/run gpio $(PYTEST_FLAGS)
 
 # Which branches of the controller and of the fixed-point routines its tests take.
-CONTROLLER_TESTS := tests/test_controller.py tests/test_fixed.py tests/test_curve.py
+CONTROLLER_TESTS := tests/test_controller.py tests/test_controller_prepare.py tests/test_fixed.py tests/test_curve.py tests/test_drive_table.py
 check-coverage:
 	@tools/setup check
 	$(again) BUILD=$(BUILD)/coverage CFLAGS='-O0 -g --coverage' cover
