@@ -72,6 +72,16 @@ def test_a_real_machines_error_is_the_programs(tmp_path):
     assert error == pytest.approx(json.loads((tmp_path / "r.json").read_text())["error"]["slider"]["relative_percent"], rel=1e-6)
 
 
+@pytest.mark.parametrize("name", ["again.csv", "again.csv.gz"])
+def test_a_recording_is_written_and_read_back_bit_by_bit(folder, tmp_path, name):
+    recording = talus.Recording.read(folder / "arm.csv")
+    recording.columns["joint_rad"] /= 3  # more digits than the file had
+    recording.write(tmp_path / name)
+    again = talus.Recording.read(tmp_path / name)
+    assert list(again.columns) == list(recording.columns)
+    assert all((again.columns[n] == x).all() for n, x in recording.columns.items())
+
+
 # ---- what is refused ---------------------------------------------------------------------
 
 

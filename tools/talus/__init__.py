@@ -21,7 +21,7 @@ from ._library import BUILD, InputError, TalusError, check, constants, ffi, lib
 from .identification import Fit, Regression, identify, predict
 from .model import Model, plants, score_settings
 from .page import Page
-from .recording import Recording
+from .recording import Recording, channel_set, channels
 from .scoring import Panel, measured, panels, score
 
 __all__ = [
@@ -34,6 +34,8 @@ __all__ = [
     "Recording",
     "Regression",
     "TalusError",
+    "channel_set",
+    "channels",
     "check",
     "constants",
     "ffi",

@@ -9,9 +9,12 @@ import gzip
 
 import numpy
 
+from . import outputs
 from ._arrays import pointer
 from ._library import InputError, check, check_file, ffi, files, lib
 from .model import Model, plants, score_settings
+
+ROWS_AT_ONCE = 20_000  # that are turned into text
 
 
 def channels():
@@ -99,6 +102,17 @@ class Recording:
         lacking = [" or ".join(names[c] for c in names if x >> c & 1) for x in sets if not x & self.recorded]
         if lacking:
             raise ValueError(f"the recording lacks {', '.join(lacking)} (a {model.plant}'s needs it)")
+
+    def text(self):
+        """The recording as the programs read it, in pieces of bytes: each number in the fewest digits that give it back."""
+        yield (",".join(self.columns) + "\n").encode()
+        for first in range(0, len(self.t), ROWS_AT_ONCE):
+            rows = zip(*(values[first : first + ROWS_AT_ONCE].tolist() for values in self.columns.values()), strict=True)
+            yield "".join(",".join(map(repr, row)) + "\n" for row in rows).encode()
+
+    def write(self, path):
+        """To a CSV file (compressed where the name ends in .gz), whole or not at all; read back it is the same, bit by bit."""
+        outputs.write(path, self.text())
 
     def segments(self):
         """Row ranges [begin, end) without gap or change of `valid`."""

@@ -5,8 +5,8 @@ import yaml
 
 import talus
 from talus import ffi, lib
+from talus.refused import Refused
 
-from .refused import Refused
 
 JOINTS = ("knee", "ankle")
 BUS = {  # key: (its keys, each with what it must be)

@@ -10,12 +10,12 @@ from itertools import chain
 
 import numpy as np
 import talus
-from talus import constants
+from talus import constants, outputs
+from talus.refused import Refused
 
-from . import events, outputs, record, report, streams, table
+from . import events, record, report, streams, table
 from .bench_model import BenchModel
 from .layout import Database
-from .refused import Refused
 from .spool import Store
 
 NAME = "talus-acquire-export"

@@ -1,8 +1,8 @@
 """Counts to angles: the relative encoder of a motor is unrolled and zeroed by the absolute one at its joint."""
 
 import numpy as np
+from talus.refused import Refused
 
-from .refused import Refused
 
 TURN = 2 * np.pi
 

@@ -6,9 +6,9 @@ from functools import cache
 from pathlib import Path
 
 import numpy as np
+from talus.refused import Refused
 
 from .clock_model import Clock, ClockModel, is_step
-from .refused import Refused
 
 LINE = 1 << 20  # no event is longer
 MOST_TOLD = 1000  # drops, and changes of bus and link

@@ -13,9 +13,9 @@ import logging
 
 import cantools
 import numpy as np
+from talus.refused import Refused
 
 from .record import EXTENDED
-from .refused import Refused
 
 COUNTER = "Counter"
 EXACT = 2**53  # larger whole numbers have no exact double

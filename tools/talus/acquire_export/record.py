@@ -15,8 +15,8 @@ from dataclasses import dataclass, field
 from itertools import count
 
 import numpy as np
+from talus.refused import Refused
 
-from .refused import Refused
 
 BLOCK = 1 << 18
 MOST_LINE = 1 << 20  # characters

@@ -17,7 +17,7 @@ from functools import cache
 
 import numpy as np
 
-from .refused import Refused
+from talus.refused import Refused
 
 CHUNK = 16_384  # rows that are computed at a time
 MOST_WAITING = 2 << 20  # bytes of all spools of a store that are not yet in its file

@@ -7,12 +7,12 @@
 from dataclasses import dataclass
 
 import numpy as np
+from talus.refused import Refused
 
 from .clock import tick_line
 from .faults import Budget, Faults
 from .events import Clocks
 from .ranks import median, quantiles
-from .refused import Refused
 from .sequence import SURE, Follower, Outputs
 from .spool import CHUNK, interpolate
 

@@ -3,10 +3,10 @@
 import math
 
 import numpy as np
+from talus.refused import Refused
 
 from .encoders import Unrolled, Zeroed, check_spread, joint_angle
 from .ranks import median
-from .refused import Refused
 from .spool import CHUNK, around, interpolate
 from .streams import diffs
 

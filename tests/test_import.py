@@ -1,0 +1,255 @@
+"""talus-import: files as people have them (import_files.py) against the closed form that they were made from, bad input, the map."""
+
+import contextlib
+import io
+
+import numpy as np
+import pytest
+import talus
+from import_files import cases, table, truth
+from support import REPOSITORY, run
+from talus.importing import assemble, clock, command, formats, guess, headers, suggest
+from talus.importing.table import Column
+from talus.refused import Refused
+
+# Not to be had from the file alone; each must be doubted aloud or refused in one line.
+NOT_IN_THE_FILE = {"headless", "two_clocks_apart", "clock_starts_anew", "unsigned_current", "turned_sign", "degrees_said_to_be_rad"}
+LEAST_RIGHT = 36
+
+
+@pytest.fixture(scope="module")
+def outcomes(tmp_path_factory):
+    """{case: (right, refused or doubted, its words)} of --suggest, without a hand."""
+    folder = tmp_path_factory.mktemp("import")
+    return {case.name: outcome(case, folder / f"{case.name}.out.csv") for case in cases(folder)}
+
+
+def outcome(case, out):
+    with contextlib.redirect_stderr(io.StringIO()) as stream:  # in this process: a start takes a second
+        status = command.main(["--suggest", "--out", str(out), *map(str, case.paths)])
+    said = stream.getvalue()
+    assert status in (0, 2)
+    if status == 2:
+        assert len(said.splitlines()) == 1 and said.startswith("talus-import: ") and not out.exists()
+        return False, True, said
+    wrong = wrong_columns(talus.Recording.read(out), case)
+    doubted = all(f"unsure: {name}" in said for name in wrong)
+    return not wrong, doubted and bool(wrong), f"wrong: {wrong}\n{said}"
+
+
+def wrong_columns(recording, case):
+    """Which columns are not what the file was made from; time counts from the first row on, where the file's clock is Unix."""
+    got = dict(recording.columns)
+    if set(got) != set(case.columns) or len(got["time_s"]) != len(case.columns["time_s"]):
+        return sorted(set(got) ^ set(case.columns)) or ["time_s"]
+    got["time_s"] = got["time_s"] - got["time_s"][0] + case.columns["time_s"][0]
+    return [n for n, x in case.columns.items() if np.abs(got[n] - x).max() > case.tolerance * max(1, np.abs(x).max())]
+
+
+def test_most_files_are_right_without_a_hand_and_none_is_silently_wrong(outcomes):
+    right = [name for name, (ok, _, _) in outcomes.items() if ok]
+    silent = {name: words for name, (ok, said, words) in outcomes.items() if not ok and not said}
+    print(f"\n{len(outcomes)} files: {len(right)} right without a hand, {len(outcomes) - len(right) - len(silent)} refused or doubted, {len(silent)} silently wrong")
+    assert silent == {}
+    assert len(outcomes) >= 40 and len(right) >= LEAST_RIGHT
+    assert set(outcomes) - set(right) == NOT_IN_THE_FILE, {n: outcomes[n][2] for n in set(outcomes) - set(right) - NOT_IN_THE_FILE}
+
+
+def test_what_the_headers_say_needs_no_suggestion(tmp_path):
+    x = truth()
+    (tmp_path / "sure.csv").write_text(table(["Zeit [ms]", "Winkel [°]", "Strom [mA]"], [1000 * x.t, np.degrees(x.q), 1000 * x.i], ";", ","))
+    run("talus-import", "--out", tmp_path / "rec.csv", tmp_path / "sure.csv")
+    got = talus.Recording.read(tmp_path / "rec.csv").columns
+    for name, expected in (("time_s", x.t), ("joint_rad", x.q), ("joint_current_A", x.i)):
+        assert got[name] == pytest.approx(expected, abs=1e-8)
+    (tmp_path / "unsure.csv").write_text(table(["Zeit", "Winkel", "Strom"], [x.t, x.q, x.i]))
+    done = run("talus-import", "--out", tmp_path / "no.csv", tmp_path / "unsure.csv", status=2)
+    assert "unsure: time_s" in done.stderr and "(and 2 more)" in done.stderr and not (tmp_path / "no.csv").exists()
+
+
+def test_map_by_hand(tmp_path):
+    """Sign, zero, wrap, unit expressions and an offset between clocks, against the closed form."""
+    x = truth(turns=1.0)
+    counts = (8211 - np.round(x.q / 2 / np.pi * 4096).astype(int)) % 4096
+    (tmp_path / "a.csv").write_text(table(["tick", "enc: raw"], [x.t, counts], "\t"))
+    (tmp_path / "b.csv").write_text(table(["tick", "iq"], [x.t + 7.5, -10 * x.i], ";"))
+    (tmp_path / "map.yaml").write_text(
+        "plant: pendulum\ncolumns:\n  time_s: {source: tick, unit: s}\n"
+        "  joint_rad: {source: 'enc: raw', unit: turn/4096, sign: -1, zero: 8211, wrap: 4096}\n"
+        "  joint_current_A: {source: iq, unit: 0.1 A, sign: -1, file: 2}\nclocks: {2: {offset_s: -7.5}}\n"
+    )
+    run("talus-import", "--map", tmp_path / "map.yaml", "--out", tmp_path / "rec.csv.gz", tmp_path / "a.csv", tmp_path / "b.csv")
+    got = talus.Recording.read(tmp_path / "rec.csv.gz").columns
+    turns = np.round((got["joint_rad"] - x.q) / 2 / np.pi)  # where a wrapped encoder begins is anybody's guess
+    assert np.ptp(turns) == 0 and got["joint_rad"] - 2 * np.pi * turns == pytest.approx(x.q, abs=np.pi / 4096 * 1.01)
+    assert got["joint_current_A"] == pytest.approx(x.i, abs=1e-7)
+
+
+def test_a_suggested_map_is_taken_back(tmp_path):
+    x = truth()
+    (tmp_path / "log.csv").write_text(table(["Zeit", "Winkel", "Strom"], [1000 * x.t, np.degrees(x.q), 1000 * x.i], ";", ","))
+    done = run("talus-import", "--suggest", tmp_path / "log.csv")
+    (tmp_path / "map.yaml").write_text(done.stdout)
+    assert done.stdout.count("# unsure: ") == done.stderr.count("unsure: ") == 3
+    run("talus-import", "--map", tmp_path / "map.yaml", "--out", tmp_path / "a.csv", tmp_path / "log.csv")
+    run("talus-import", "--suggest", "--out", tmp_path / "b.csv", tmp_path / "log.csv")
+    assert (tmp_path / "a.csv").read_bytes() == (tmp_path / "b.csv").read_bytes()
+
+
+@pytest.mark.parametrize("kind", ["csv", "mat", "h5", "parquet"])
+def test_identified_from_the_import_is_identified_from_the_original(tmp_path, kind):
+    """Bar: 1e-9 relative for what loses nothing. Import writes every digit, so that the model file is the same byte by byte."""
+    import h5py
+    import pyarrow.parquet
+    import scipy.io
+
+    model = REPOSITORY / "models/pendulum.yaml"
+    run("talus-sim", "--model", model, "--out", tmp_path / "arm.csv", "--duration", 10)
+    columns = talus.Recording.read(tmp_path / "arm.csv").columns
+    path = tmp_path / f"again.{kind}"
+    if kind == "csv":
+        path.write_text(table(list(columns), list(columns.values()), ";", ",", digits=17))
+    elif kind == "mat":
+        scipy.io.savemat(path, columns)
+    elif kind == "h5":
+        with h5py.File(path, "w") as file:
+            for name, values in columns.items():
+                file[name] = values
+    else:
+        pyarrow.parquet.write_table(pyarrow.table(columns), path)
+    run("talus-import", "--out", tmp_path / "rec.csv", path)
+    for name in ("arm", "rec"):
+        run("talus-identify", "--model", model, "--out", tmp_path / f"{name}.yaml", tmp_path / f"{name}.csv")
+    one, other = (talus.Model.read(tmp_path / f"{name}.yaml").parameters for name in ("arm", "rec"))
+    for name, value in one.items():
+        assert other[name] == pytest.approx(value, rel=1e-9, abs=1e-15)
+
+
+# ---- parts -------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("header", "name", "unit"),
+    [
+        ("Winkel [°]", "Winkel", "°"), ("pos (deg)", "pos", "deg"), ("Strom / mA", "Strom", "mA"), ("t in ms", "t", "ms"),
+        ("joint_velocity_rad_s", "joint_velocity", "rad_s"), ("timeMs", "time", "ms"), ("knee_current_A", "knee_current", "A"),
+        ("torque_Nm", "torque", "Nm"), ("q_1", "q_1", None), ("joint 1", "joint 1", None), ("temp, °C", "temp", "°C"), ("i", "i", None),
+    ],
+)  # fmt: skip
+def test_names_and_units_of_headers(header, name, unit):
+    assert headers.split(header) == (name, unit)
+
+
+@pytest.mark.parametrize(
+    ("unit", "column", "factor", "offset"),
+    [
+        ("°", "joint_rad", np.pi / 180, 0), ("turn/4096", "joint_rad", 2 * np.pi / 4096, 0), ("U/min", "joint_velocity_rad_s", np.pi / 30, 0),
+        ("mA", "joint_current_A", 1e-3, 0), ("N*cm", "joint_torque_Nm", 0.01, 0), ("K", "joint_temp_C", 1, -273.15),
+        ("°F", "joint_temp_C", 5 / 9, -160 / 9), ("mm", "slider_m", 1e-3, 0), ("kN", "slider_force_N", 1e3, 0),
+    ],
+)  # fmt: skip
+def test_units(unit, column, factor, offset):
+    assert headers.conversion(unit, column) == pytest.approx((factor, offset), rel=1e-12, abs=1e-9)
+
+
+@pytest.mark.parametrize(("unit", "column"), [("count", "joint_rad"), ("A", "joint_rad"), ("s", "joint_current_A"), ("bogus", "joint_rad"), ("((", "joint_rad")])
+def test_a_unit_of_something_else_is_refused(unit, column):
+    with pytest.raises(Refused, match="is no unit for it"):
+        headers.conversion(unit, column)
+
+
+def test_nanoseconds_since_1970_lose_nothing():
+    """Uneven instants one nanosecond apart in their last digit, which a double cannot hold."""
+    ns = 1_716_123_456_123_456_789 + 4_000_001 * np.arange(300) + (np.arange(300) * 7919) % 13
+    times = clock.read(Column("t", "ns", [str(k) for k in ns], range(300)), "nanosecond", "x", [])
+    assert [round(1e9 * s) for s in times.seconds()] == (ns - ns[0]).tolist()
+    assert times.before == clock.Fraction(int(ns[0]), 10**9)
+
+
+def test_wraps_are_found_only_where_a_sensor_starts_again():
+    q = np.linspace(0, 40, 4001)
+    assert guess.wrap(np.degrees(q) % 360, "deg", True) == 360
+    assert guess.unwrap(np.degrees(q) % 360, 360, True) == pytest.approx(np.degrees(q))
+    for smooth in (np.degrees(q), 180 * np.sin(q), np.where(q > 20, 300.0, 0.0) % 299):
+        assert guess.wrap(smooth, "deg", True) is None
+
+
+# ---- bad input ----------------------------------------------------------------------------
+
+GOOD = table(["time_s", "joint_rad", "joint_current_A"], [truth().t, truth().q, truth().i])
+MIDDLE = GOOD.splitlines()[700]
+BAD = {
+    "empty": ("", "empty"),
+    "header only": (GOOD.splitlines()[0], "one line only"),
+    "no table": ("Dear reader,\nthis is a letter\nand no table.\n" * 40, "no "),
+    "too few": ("\n".join(GOOD.splitlines()[:60]), "expected at least 100"),
+    "a word": (GOOD.replace(MIDDLE, MIDDLE.rsplit(",", 1)[0] + ",off"), ":701: joint_current: 'off' is not a number"),
+    "a word for a time": (GOOD.replace(MIDDLE, "noon," + MIDDLE.split(",", 1)[1]), ":701: time: 'noon' is not a"),
+    "a field too many": (GOOD.replace(MIDDLE, MIDDLE + ",7"), ":701: 4 fields, expected 3"),
+    "a field too few": (GOOD.replace(MIDDLE, MIDDLE.rsplit(",", 1)[0]), ":701: 2 fields, expected 3"),
+    "no time": (GOOD.replace("time_s", "wheel", 1), "no column looks like a time; found wheel, joint [rad], joint_current [A]"),
+    "no current": (GOOD.replace("joint_current_A", "mood", 1), "nothing looks like joint_current_A or joint_torque_Nm"),
+    "an immense time": (GOOD.replace(MIDDLE, "1e300," + MIDDLE.split(",", 1)[1]), ":701: time"),
+    "MATLAB, cut": (b"MATLAB 5.0 MAT-file" + b" " * 90 + b"\0\1IM\x0e\0\0\0", "MATLAB file"),
+    "HDF5, cut": (b"\x89HDF\r\n\x1a\n" + b"\0" * 100, "damaged HDF5 file"),
+    "Parquet, cut": (b"PAR1" + b"\0" * 100, "damaged Parquet file"),
+    "MCAP, cut": (b"\x89MCAP0\r\n" + b"\0" * 100, "damaged or no rosbag2"),
+    "gzip, cut": (b"\x1f\x8b\x08\0\0\0", "damaged"),
+}
+
+
+def refused(words, *arguments):
+    done = run("talus-import", *arguments, status=2)
+    assert len(done.stderr.splitlines()) == 1 and done.stderr.startswith("talus-import: ") and words in done.stderr, done.stderr
+
+
+@pytest.mark.parametrize("name", BAD)
+def test_bad_files_get_one_line_and_leave_the_output(tmp_path, name):
+    content, words = BAD[name]
+    path, out = tmp_path / "in.dat", tmp_path / "rec.csv"
+    path.write_bytes(content if isinstance(content, bytes) else content.encode())
+    out.write_text("before")
+    refused(words, "--suggest", "--out", out, path)
+    assert out.read_text() == "before" and len(list(tmp_path.iterdir())) == 2
+
+
+def test_bad_usage_and_bad_maps(tmp_path):
+    path, out = tmp_path / "in.csv", tmp_path / "rec.csv"
+    path.write_text(GOOD)
+    refused("--out is missing", path)
+    refused("no file to import", "--out", out)
+    refused("is an input and an output", "--out", path, path)
+    refused("--plant: expected", "--out", out, "--plant", "dog", path)
+    refused("No such file", "--out", out, tmp_path / "absent.csv")
+    refused("expected MAP.yaml or COLUMN=SOURCE:UNIT", "--out", out, "--map", "x=", path)
+    refused("is no column of a recording", "--out", out, "--map", "wheel=q:deg", path)
+    refused("there is no column 'q'", "--out", out, "--map", "joint_rad=q:deg", "--map", "time_s=time:s", path)
+    refused("'A' is no unit for it", "--out", out, "--map", "joint_rad=joint:A", "--map", "time_s=time:s", path)
+    for text, words in (("columns: [", "is no YAML"), ("[]", "expected columns"), ("columns: {joint_rad: {source: q, colour: red}}", "unknown key colour"),
+                        ("columns: {joint_rad: {source: q, sign: 2}}", "expected sign 1 or -1"), ("columns: {joint_rad: {source: q}}\nx: 1", "unknown key x"),
+                        ("plant: dog\ncolumns: {joint_rad: {source: joint}}", "plant: expected"), ("columns: {joint_rad: 7}", "joint_rad: expected source")):  # fmt: skip
+        (tmp_path / "map.yaml").write_text(text)
+        refused(words, "--out", out, "--map", tmp_path / "map.yaml", path)
+
+
+def test_mutated_files_never_end_in_a_traceback(tmp_path):
+    """Bytes of good files changed, cut and doubled: in this process, because a start takes long."""
+    rng, ends = np.random.default_rng(5), {"read": 0, "refused": 0}
+    for number, case in enumerate(cases(tmp_path)):
+        data = case.paths[0].read_bytes() if case.paths[0].is_file() else b""
+        for kind in [number % 4] if data else []:
+            bad = bytearray(data)
+            for at in rng.integers(0, min(len(bad), 4000), 8 if kind < 2 else 0):
+                bad[at] = rng.integers(0, 256) if kind else rng.choice(list(b',;.\n"\t -e9'))
+            bad = bad[: rng.integers(1, len(bad))] if kind == 2 else bad[: len(bad) // 3] + bad[len(bad) // 4 :] if kind == 3 else bad
+            path = tmp_path / f"bad{case.paths[0].suffix}"
+            path.write_bytes(bytes(bad))
+            try:
+                tables = [formats.read(str(path))]
+                found = suggest.Suggestion(tables)
+                b"".join(assemble.recording(tables, found.map, found.times, []).text())
+                ends["read"] += 1
+            except Refused as refusal:
+                assert refusal.status == 2 and refusal.text
+                ends["refused"] += 1
+    assert min(ends.values()) > 5, ends

@@ -1,0 +1,187 @@
+"""Which reader a file needs, by what is in it. Readers besides text are optional packages, named where they are missing."""
+
+import importlib
+from pathlib import Path
+
+import numpy as np
+
+from talus.refused import Refused
+
+from . import delimited, headers
+from .table import Column, Table
+
+
+def need(module, package, path):
+    """An optional reader."""
+    try:
+        return importlib.import_module(module)
+    except ImportError as error:
+        raise Refused(1, f"{path}: needs the Python package {package}: pip install {package}") from error
+
+
+def read(path):
+    """A Table of any file."""
+    try:
+        if Path(path).is_dir():
+            return rosbag(path)
+        with open(path, "rb") as file:
+            start = file.read(1024)
+            for mark, at, reader in BINARY:
+                if start[at:].startswith(mark):
+                    return reader(path)
+            data = start + file.read()
+    except OSError as error:
+        raise Refused(2, f"{path}: {error.strerror or error}") from error
+    return delimited.read(path, data)
+
+
+def columns_of(arrays, path):
+    """Columns of {name: array}, all of the length that most have; a matrix becomes one column for each of its own."""
+    flat = {}
+    for name, array in arrays.items():
+        array = np.asarray(array).squeeze()
+        if array.ndim == 2 and array.shape[0] < array.shape[1]:
+            array = array.T
+        if array.ndim == 1 and array.dtype.kind in "fiubM":
+            flat[name] = array
+        elif array.ndim == 2 and array.shape[1] <= 64 and array.dtype.kind in "fiub":
+            flat |= {f"{name}[{i}]": array[:, i] for i in range(array.shape[1])}
+    if not flat:
+        raise Refused(2, f"{path}: holds no columns of numbers")
+    lengths = [len(a) for a in flat.values()]
+    longest = max(set(lengths), key=lambda n: (n > 1, lengths.count(n), n))
+    out = Table(str(path), [Column(*headers.split(name), array) for name, array in flat.items() if len(array) == longest])
+    for name, array in flat.items():
+        if len(array) != longest:
+            out.notes.append(f"{name}: {len(array)} values where the others have {longest}; left out")
+    return out
+
+
+def matlab(path):
+    """MATLAB 5 to 7: arrays, and those within structures."""
+    scipy_io = need("scipy.io", "scipy", path)
+    try:
+        tree = scipy_io.loadmat(path, simplify_cells=True)
+    except Exception as error:  # noqa: BLE001  the reader raises many kinds for a damaged file
+        raise Refused(2, f"{path}: damaged MATLAB file: {error}") from error
+    return columns_of(_leaves({k: v for k, v in tree.items() if not k.startswith("__")}), path)
+
+
+def _leaves(tree, before=""):
+    out = {}
+    for name, item in tree.items():
+        if isinstance(item, dict):
+            out |= _leaves(item, f"{before}{name}.")
+        else:
+            out[f"{before}{name}"] = item
+    return out
+
+
+def hdf5(path):
+    """HDF5, and MATLAB 7.3, which is HDF5: every set of data by its path."""
+    h5py = need("h5py", "h5py", path)
+    arrays = {}
+
+    def take(name, item):
+        if isinstance(item, h5py.Dataset) and item.dtype.kind in "fiub" and item.size > 1:
+            arrays[name.replace("/", ".")] = item[()]
+            unit = item.attrs.get("unit", item.attrs.get("units"))
+            if unit is not None:
+                units[name.replace("/", ".")] = unit.decode() if isinstance(unit, bytes) else str(unit)
+
+    units = {}
+    try:
+        with h5py.File(path, "r") as file:
+            file.visititems(take)
+    except (OSError, RuntimeError, KeyError) as error:
+        raise Refused(2, f"{path}: damaged HDF5 file: {error}") from error
+    return _with_units(columns_of(arrays, path), units)
+
+
+def _with_units(table, units):
+    """Units that stand beside the columns and not in their names."""
+    for column in table.columns:
+        said = units.get(column.name)
+        column.unit = column.unit if said is None else said
+    return table
+
+
+def parquet(path):
+    """Parquet, with lists of a fixed length (LeRobot's observation.state) as columns."""
+    reader = need("pyarrow.parquet", "pyarrow", path)
+    try:
+        table = reader.read_table(path)
+    except (OSError, ValueError) as error:
+        raise Refused(2, f"{path}: damaged Parquet file: {error}") from error
+    arrays, units = {}, {}
+    for name in table.column_names:
+        values = table.column(name).to_numpy(zero_copy_only=False)
+        if values.dtype == object and len(values) and isinstance(values[0], np.ndarray) and len(set(map(len, values))) == 1:
+            values = np.stack(values)
+        arrays[name] = values
+        said = (table.schema.field(name).metadata or {}).get(b"unit")
+        if said:
+            units[name] = said.decode()
+    return _with_units(columns_of(arrays, path), units)
+
+
+# ---- robots' logs ------------------------------------------------------------------------
+
+JOINT_FIELDS = {"position": "rad", "velocity": "rad/s", "effort": "N*m"}  # units that REP 103 demands
+
+
+def rosbag(path):
+    """rosbag2 (a folder, or an .mcap or .db3 by itself): joint states, by the stamp of their header."""
+    highlevel, typesys = need("rosbags.highlevel", "rosbags", path), need("rosbags.typesys", "rosbags", path)
+    rows, notes = {}, []
+    try:
+        with highlevel.AnyReader([Path(path)], default_typestore=typesys.get_typestore(typesys.Stores.ROS2_HUMBLE)) as reader:
+            found = [c for c in reader.connections if c.msgtype.endswith(("/JointState", "/DynamicJointState"))]
+            topic = _topic(found, reader.connections, path, notes)
+            for connection, _, raw in reader.messages([c for c in found if c.topic == topic]):
+                _take_state(rows, reader.deserialize(raw, connection.msgtype))
+    except Refused:
+        raise
+    except Exception as error:  # noqa: BLE001  the reader raises many kinds for a damaged log
+        raise Refused(2, f"{path}: damaged or no rosbag2: {error}") from error
+    return _of_states(rows, path, notes)
+
+
+def _topic(found, every, path, notes):
+    if not found:
+        there = ", ".join(f"{c.topic} ({c.msgtype})" for c in every)[:300] or "nothing"
+        raise Refused(2, f"{path}: no JointState or DynamicJointState in it; found {there}")
+    topics = sorted({c.topic for c in found})
+    if len(topics) > 1:
+        notes.append(f"{topics[0]} is read; there is also {', '.join(topics[1:])}")
+    return topics[0]
+
+
+def _take_state(rows, message):
+    """One message's values; a joint that it does not name keeps nothing at that time."""
+    stamp = message.header.stamp.sec * 10**9 + message.header.stamp.nanosec
+    values = rows.setdefault(stamp, {})
+    if hasattr(message, "joint_names"):
+        for joint, interfaces in zip(message.joint_names, message.interface_values, strict=True):
+            values.update({(joint, i): v for i, v in zip(interfaces.interface_names, interfaces.values, strict=True)})
+        return
+    for field in JOINT_FIELDS:
+        for joint, value in zip(message.name, getattr(message, field), strict=False):
+            values[joint, field] = value
+
+
+def _of_states(rows, path, notes):
+    if not rows:
+        raise Refused(2, f"{path}: no joint state in it")
+    keys = sorted({key for values in rows.values() for key in values})
+    stamps = list(rows)
+    columns = [Column("stamp", "ns", np.array(stamps, dtype=np.int64))]
+    for joint, field in keys:
+        values = np.array([rows[stamp].get((joint, field), np.nan) for stamp in stamps], dtype=float)
+        if np.isfinite(values).any():
+            columns.append(Column(f"{joint}.{field}", JOINT_FIELDS.get(field), values))
+    return Table(str(path), columns, notes)
+
+
+BINARY = ((b"MATLAB 5.0", 0, matlab), (b"MATLAB 7.3", 0, hdf5), (b"\x89HDF\r\n", 0, hdf5), (b"\x89HDF\r\n", 512, hdf5),
+          (b"PAR1", 0, parquet), (b"\x89MCAP0", 0, rosbag), (b"SQLite format 3", 0, rosbag))  # fmt: skip

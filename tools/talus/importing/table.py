@@ -1,0 +1,67 @@
+"""A file's columns, whatever its format."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from talus.refused import Refused
+
+MISSING = {"", "nan", "na", "n/a", "null", "none", "-", "--", "inf", "-inf", "+inf", "#n/a", "nat", "?"}
+
+
+@dataclass
+class Column:
+    """One column: `raw` is a list of texts or a numeric array; `unit` as its header says it."""
+
+    name: str
+    unit: str | None
+    raw: object
+    lines: object = None  # of the file, for messages
+    decimal: str = "."
+
+    def plain(self):
+        """Texts with a point as decimal sign and no thousands' signs; arrays as they are."""
+        if isinstance(self.raw, np.ndarray):
+            return self.raw
+        if self.decimal == ",":
+            return [text.replace(".", "").replace(",", ".") for text in self.raw]
+        return [text.replace(",", "") for text in self.raw] if any("," in text for text in self.raw[:1000]) else self.raw
+
+    def numbers(self, path):
+        """float64, NaN where nothing stands; Refused names the line of what is no number."""
+        plain = self.plain()
+        if isinstance(plain, np.ndarray):
+            return np.where(np.isfinite(plain.astype(float)), plain.astype(float), np.nan)
+        try:
+            return np.array([np.nan if text.lower() in MISSING else float(text) for text in plain])
+        except ValueError:
+            row = next(i for i, text in enumerate(plain) if text.lower() not in MISSING and not is_number(text))
+            raise Refused(2, f"{path}:{self.lines[row]}: {self.name}: '{self.raw[row][:40]}' is not a number") from None
+
+    def is_numeric(self):
+        if isinstance(self.raw, np.ndarray):
+            return self.raw.dtype.kind in "fiub"
+        plain = [text for text in self.plain()[:200] if text.lower() not in MISSING]
+        return bool(plain) and all(map(is_number, plain))
+
+
+@dataclass
+class Table:
+    """A file that was read; `notes` are words on how."""
+
+    path: str
+    columns: list
+    notes: list = field(default_factory=list)
+
+    def column(self, name):
+        """By the name with or without its unit, or None; the first of two."""
+        wanted = name.strip()
+        return next((c for c in self.columns if wanted in (c.name, c.name if c.unit is None else f"{c.name} [{c.unit}]")), None)
+
+
+def is_number(text):
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True
