@@ -124,14 +124,17 @@ def every_line(separator):
     return change
 
 
+IMPORT = r"; try: talus-import --plant slider --suggest --out recording\.csv 'rec\.csv'"
 RECORDINGS = {
-    "column missing": (column(1, "slider_mm"), r"rec\.csv:1: missing column: slider_m \(a slider's recording needs it\); found time_s, slider_mm, slider_force_N"),
+    "column missing": (column(1, "slider_mm"), r"rec\.csv:1: missing column: slider_m \(a slider's recording needs it\); found time_s, slider_mm, slider_force_N" + IMPORT),
     "time missing": (column(0, "t"), r"rec\.csv:1: missing column: time_s .*"),
-    "semicolons": (every_line(";"), r"rec\.csv:1: missing column: time_s, slider_m, slider_force_N \(.*\); found time_s, slider_m, slider_force_N separated by ';', expected ','"),
-    "tabs": (every_line("\t"), r"rec\.csv:1: .*; found time_s, slider_m, slider_force_N separated by tabs, expected ','"),
-    "bars": (every_line(" | "), r"rec\.csv:1: .*; found time_s, slider_m, slider_force_N separated by '\|', expected ','"),
-    "blanks": (every_line("  "), r"rec\.csv:1: .*; found time_s, slider_m, slider_force_N separated by blanks, expected ','"),
-    "no name known": (row(1, "a;b"), r"rec\.csv:1: missing column: .*; found a;b"),
+    "semicolons": (every_line(";"), r"rec\.csv:1: missing column: time_s, slider_m, slider_force_N \(.*\); found time_s, slider_m, slider_force_N separated by ';', expected ','" + IMPORT),
+    "tabs": (every_line("\t"), r"rec\.csv:1: .*; found time_s, slider_m, slider_force_N separated by tabs, expected ','" + IMPORT),
+    "bars": (every_line(" | "), r"rec\.csv:1: .*; found time_s, slider_m, slider_force_N separated by '\|', expected ','" + IMPORT),
+    "blanks": (every_line("  "), r"rec\.csv:1: .*; found time_s, slider_m, slider_force_N separated by blanks, expected ','" + IMPORT),
+    "no name known": (row(1, "a;b"), r"rec\.csv:1: missing column: .*; found a, b separated by ';', expected ','" + IMPORT),
+    "German": (row(1, "Zeit [s];Weg [mm];Kraft [N]"), r"rec\.csv:1: missing column: .*; found Zeit \[s\], Weg \[mm\], Kraft \[N\] separated by ';', expected ','" + IMPORT),
+    "commas, no name known": (row(1, "t;x,y,z"), r"rec\.csv:1: missing column: .*; found t;x, y, z" + IMPORT),
     "column twice": (column(2, "slider_m"), r"rec\.csv:1: column slider_m stands twice in the header"),
     "not a number": (field(57, 1, "0.1.2"), r"rec\.csv:57: slider_m: '0\.1\.2' is not a number"),
     "decimal comma": (field(57, 1, "0;12"), r"rec\.csv:57: slider_m: '0;12' is not a number"),
@@ -166,7 +169,8 @@ FILES = {
     "empty": ("rec.csv", lambda text: b"", r"rec\.csv: the file is empty"),
     "comments only": ("rec.csv", lambda text: b"# nothing\n", r"rec\.csv: no header line in 1 lines"),
     "cut within a line": ("rec.csv", lambda text: text[: text.index(b"\n", 9000) + 4], r"rec\.csv:\d+: truncated: the file ends within this line \(1 of 3 fields\)"),
-    "binary": ("rec.csv", lambda text: bytes(range(256)) * 99, r"rec\.csv:1: not text.*"),
+    "binary": ("rec.csv", lambda text: bytes(range(256)) * 99, r"rec\.csv:1: not text.*" + IMPORT),
+    "UTF-16": ("rec.csv", lambda text: text.decode().encode("utf-16"), r"rec\.csv:1: not text: byte 0x00 in the header line" + IMPORT),
     "gzip, cut": ("rec.csv.gz", lambda text: gzip.compress(text)[:-100], r"rec\.csv\.gz: truncated: the compressed data end too early"),
     "gzip, cut early": ("rec.csv.gz", lambda text: gzip.compress(text)[:20], r"rec\.csv\.gz: truncated: .*"),
     "gzip, damaged": ("rec.csv.gz", lambda text: gzip.compress(text)[:-8] + bytes(8), r"rec\.csv\.gz: the compressed data are damaged .*"),

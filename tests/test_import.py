@@ -2,6 +2,7 @@
 
 import contextlib
 import io
+import shlex
 
 import numpy as np
 import pytest
@@ -123,6 +124,17 @@ def test_identified_from_the_import_is_identified_from_the_original(tmp_path, ki
     one, other = (talus.Model.read(tmp_path / f"{name}.yaml").parameters for name in ("arm", "rec"))
     for name, value in one.items():
         assert other[name] == pytest.approx(value, rel=1e-9, abs=1e-15)
+
+
+def test_the_line_that_a_program_advises_makes_a_recording_that_it_reads(tmp_path):
+    x = truth()
+    (tmp_path / "rec 1.csv").write_text(table(["Zeit [s]", "Weg [mm]", "Kraft [N]"], [x.t, 100 * x.q, 40 * x.i], ";", ","), encoding="utf-16")
+    predict = ["talus-predict", "--model", REPOSITORY / "models/slider.yaml", "--out", tmp_path / "p.csv"]
+    advice = run(*predict, "rec 1.csv", status=2, cwd=tmp_path).stderr.partition("; try: ")[2]
+    name, *arguments = shlex.split(advice)
+    run(name, *arguments, cwd=tmp_path)
+    assert talus.Recording.read(tmp_path / "recording.csv").columns["slider_m"] == pytest.approx(0.1 * x.q, abs=1e-9)
+    run(*predict, "recording.csv", cwd=tmp_path)
 
 
 # ---- parts -------------------------------------------------------------------------------

@@ -39,6 +39,7 @@ struct csv_header {
   const char *path;
   const char *const *name; /* known columns, NULL for one that is not wanted; the caller's */
   size_t names;            /* <= CSV_MAX_COLUMNS */
+  const char *advice;      /* nullable: what a message about an unreadable header ends with; the caller's */
 
   size_t fields;                    /* of each line; 0 until the header line has been read */
   int8_t place[CSV_MAX_FIELDS];     /* of each field's number in a row, -1 where it is not read */

@@ -61,19 +61,24 @@ static int add_column(struct csv_header *h, struct csv_field field, size_t line,
   return 0;
 }
 
+static const char *advice(const struct csv_header *h) {
+  return h->advice ? h->advice : "";
+}
+
 static int refuse_binary(const struct csv_header *h, const char *c, const char *end, size_t line,
                          struct app_error *error) {
   for (; c < end; c++)
     if ((unsigned char)*c < 0x20 && *c != '\t')
-      return app_fail(error, APP_BAD_INPUT, "%s:%zu: not text: byte 0x%02x in the header line", h->path, line,
-                      (unsigned)*c);
+      return app_fail(error, APP_BAD_INPUT, "%s:%zu: not text: byte 0x%02x in the header line%s", h->path,
+                      line, (unsigned)(unsigned char)*c, advice(h));
   return 0;
 }
 
-/* does this separator lay a known name open? Then `found` becomes the names it parts. */
-static int parts_names(struct csv_header *h, char separator, const char *c, const char *end) {
+/* does this separator lay a known name open, or part the line at all where none needs to be known? Then `found`
+ * becomes the names it parts. */
+static int parts_names(struct csv_header *h, char separator, int any, const char *c, const char *end) {
   struct csv_list found = {"", 0};
-  int known = 0;
+  int known = any && memchr(c, separator, (size_t)(end - c));
   for (size_t number = 1;; number++, c++) {
     const struct csv_field field = csv_field(c, end, separator, &c);
     known += find_name(h, field) >= 0;
@@ -93,9 +98,12 @@ static void find_separator(struct csv_header *h, const char *c, const char *end)
                {'\t', " separated by tabs, expected ','"},
                {'|', " separated by '|', expected ','"},
                {' ', " separated by blanks, expected ','"}};
-  for (size_t k = 0; k < sizeof other / sizeof other[0] && h->width == 0; k++)
-    if (parts_names(h, other[k].separator, c, end)) {
-      h->separator = other[k].words;
+  const size_t count = sizeof other / sizeof other[0];
+  if (h->width) return;
+  /* first those that lay a name open; then, in a line that no comma parts, any but the blank, which names hold too */
+  for (size_t k = 0; k < 2 * count - 1; k++)
+    if ((k < count || h->fields == 1) && parts_names(h, other[k % count].separator, k >= count, c, end)) {
+      h->separator = other[k % count].words;
       return;
     }
 }
@@ -119,6 +127,6 @@ int csv_header_line(struct csv_header *h, const char *c, const char *end, size_t
 
 int csv_missing(const struct csv_header *h, size_t line, const char *names, const char *why,
                 struct app_error *error) {
-  return app_fail(error, APP_BAD_INPUT, "%s:%zu: missing column: %s%s; found %s%s", h->path, line, names,
-                  why ? why : "", h->found.text, h->separator);
+  return app_fail(error, APP_BAD_INPUT, "%s:%zu: missing column: %s%s; found %s%s%s", h->path, line, names,
+                  why ? why : "", h->found.text, h->separator, advice(h));
 }

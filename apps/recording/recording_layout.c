@@ -8,7 +8,12 @@ int layout_init(struct layout *layout, const char *path, tl_plant plant, struct 
   if (tl_channel_set_of(plant, &layout->set) != TL_OK) return app_fail(error, APP_FAILED, "unknown plant");
   for (int c = 0; c < TL_CHANNEL_COUNT; c++)
     layout->name[c] = layout->set.known & TL_CHANNEL_BIT(c) ? tl_channel_name((tl_channel)c) : NULL;
-  layout->header = (struct csv_header){.path = path, .name = layout->name, .names = TL_CHANNEL_COUNT};
+  layout->header = (struct csv_header){
+      .path = path, .name = layout->name, .names = TL_CHANNEL_COUNT, .advice = layout->advice};
+  if (snprintf(layout->advice, sizeof layout->advice,
+               "; try: talus-import --plant %s --suggest --out recording.csv '%s'",
+               tl_plant_facts(plant)->name, path) >= (int)sizeof layout->advice)
+    layout->advice[0] = '\0';
   return 0;
 }
 
