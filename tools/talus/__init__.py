@@ -1,4 +1,8 @@
-"""talus from Python: the C library as it is, with NumPy arrays.
+"""talus from Python: models, recordings, identification, diagnosis; and the C library as it is, with NumPy arrays.
+
+    model = talus.read("arm.yaml")
+    diagnosis = talus.diagnose(model, ["monday.csv", "tuesday.csv"])
+    print(diagnosis)
 
     from talus import ffi, lib, check, pointer
 
@@ -21,11 +25,13 @@ from ._library import BUILD, InputError, TalusError, check, constants, ffi, lib
 from .identification import Fit, Regression, identify, predict
 from .model import Model, plants, score_settings
 from .page import Page
+from .programs import Diagnosis, diagnose, read, simulate
 from .recording import Recording, channel_set, channels
 from .scoring import Panel, measured, panels, score
 
 __all__ = [
     "BUILD",
+    "Diagnosis",
     "Fit",
     "InputError",
     "Model",
@@ -38,6 +44,7 @@ __all__ = [
     "channels",
     "check",
     "constants",
+    "diagnose",
     "ffi",
     "identify",
     "lib",
@@ -46,6 +53,8 @@ __all__ = [
     "plants",
     "pointer",
     "predict",
+    "read",
     "score",
     "score_settings",
+    "simulate",
 ]

@@ -158,6 +158,12 @@ class Fit:
     evaluations: int
     noise: list = field(default_factory=list)
 
+    def __str__(self):
+        """A line for each parameter; what the data cannot fix is said."""
+        lines = [f"{name:24} {value:12.6g} +- {self.sigma[name]:.2g}" + ("" if self.identifiable[name] else "  (not identifiable)")
+                 for name, value in self.parameters.items()]  # fmt: skip
+        return "\n".join(lines)
+
 
 def factors(model, recordings, window=None):
     """One `tl_factor` a joint over all recordings, and the rows themselves."""

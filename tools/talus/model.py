@@ -68,6 +68,28 @@ class Model:
             file.effect[i] = effect
         check_file(files().model_file_write(str(path).encode(), file, comment.encode() or ffi.NULL, error), error)
 
+    @classmethod
+    def from_text(cls, text):
+        """The model of a model file's text."""
+        return cls.from_tree(yaml.safe_load(text))
+
+    def text(self):
+        """What `write` writes."""
+        with tempfile.TemporaryDirectory(prefix="talus-") as folder:
+            self.write(Path(folder) / "model")
+            return (Path(folder) / "model").read_text(encoding="utf-8")
+
+    def __reduce__(self):
+        return Model.from_text, (self.text(),)
+
+    def __eq__(self, other):
+        return self.text() == other.text() if isinstance(other, Model) else NotImplemented
+
+    __hash__ = None  # it can be changed
+
+    def __repr__(self):
+        return f"<talus.Model: {self.plant}, {', '.join(f'{k} {v:.4g}' for k, v in self.parameters.items())}>"
+
     def copy(self):
         """An independent model with the same values."""
         other = Model(self.plant)

@@ -48,6 +48,22 @@ class Recording:
         self.recorded = sum(1 << known[name] for name in self.columns)
         self.step_s = lib.tl_median_step(pointer(self.t), len(self.t), pointer(numpy.empty(len(self.t) - 1)))
 
+    def __reduce__(self):
+        score = {name: getattr(self._score, name) for name in dir(self._score)} if self.has_score else None
+        return Recording, (self.columns, score)
+
+    def __eq__(self, other):
+        if not isinstance(other, Recording):
+            return NotImplemented
+        same = list(self.columns) == list(other.columns) and self.has_score == other.has_score
+        return same and bytes(ffi.buffer(self._score)) == bytes(ffi.buffer(other._score)) and all(
+            numpy.array_equal(x, other.columns[name]) for name, x in self.columns.items())  # fmt: skip
+
+    __hash__ = None  # its arrays can be changed
+
+    def __repr__(self):
+        return f"<talus.Recording: {len(self.t)} samples in {self.t[-1] - self.t[0]:.3f} s, {', '.join(self.columns)}>"
+
     def _check_columns(self):
         if "time_s" not in self.columns:
             raise ValueError(f"time_s: expected this column, found {', '.join(self.columns) or 'none that is known'}")
