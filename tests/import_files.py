@@ -150,6 +150,11 @@ def values(b, x, rng):
     b.add("unsigned_words", table(["t_s", "angle_deg", "current_mA"], [x.t, deg, word]), right, 6e-4)
     b.add("unsigned_current", table(["t_s", "angle_deg", "current_A"], [x.t, deg, np.abs(x.i)]), right)
     b.add("turned_sign", table(["t_s", "angle_deg", "current_A"], [x.t, deg, -x.i]), right)
+    phases = [x.i * np.sin(9 * x.q + k * 2 * np.pi / 3) for k in range(3)]
+    b.add("currents_of_phases", table(["t_s", "angle_deg", "ia_A", "ib_A", "ic_A"], [x.t, deg, *phases]), right)
+    b.add("rotor_and_joint", table(["t_s", "motor_angle_deg", "joint_angle_deg", "bus_current_A", "motor_current_A"],
+          [x.t, 9 * deg, deg, x.i / 3, x.i]), right)  # fmt: skip
+    b.add("rotor_alone", table(["t_s", "rotor_position_rad", "current_A"], [x.t, 9 * x.q, x.i]), right)
     rpm = table(["t_s", "angle_deg", "speed_rpm", "current_A"], [x.t, deg, x.v * 30 / np.pi, x.i])
     b.add("speed_in_rpm", rpm, right | {"joint_velocity_rad_s": x.v})
     wrong = table(["t_s", "angle_rad", "speed_rad_s", "current_A"], [x.t, deg, x.v, x.i])

@@ -3,6 +3,7 @@
 import contextlib
 import io
 import shlex
+import sys
 
 import numpy as np
 import pytest
@@ -14,7 +15,8 @@ from talus.importing.table import Column
 from talus.refused import Refused
 
 # Not to be had from the file alone; each must be doubted aloud or refused in one line.
-NOT_IN_THE_FILE = {"headless", "two_clocks_apart", "clock_starts_anew", "unsigned_current", "turned_sign", "degrees_said_to_be_rad"}
+NOT_IN_THE_FILE = {"headless", "two_clocks_apart", "clock_starts_anew", "unsigned_current", "turned_sign", "degrees_said_to_be_rad",
+                   "currents_of_phases", "rotor_alone"}  # fmt: skip
 LEAST_RIGHT = 36
 
 
@@ -265,3 +267,13 @@ def test_mutated_files_never_end_in_a_traceback(tmp_path):
                 assert refusal.status == 2 and refusal.text
                 ends["refused"] += 1
     assert min(ends.values()) > 5, ends
+
+
+@pytest.mark.parametrize(("module", "package", "start"), [("h5py", "h5py", b"\x89HDF\r\n\x1a\n"), ("pyarrow.parquet", "pyarrow", b"PAR1"),
+                                                          ("rosbags.highlevel", "rosbags", b"\x89MCAP0\r\n"), ("scipy.io", "scipy", b"MATLAB 5.0")])  # fmt: skip
+def test_a_reader_that_is_missing_is_named(tmp_path, monkeypatch, module, package, start):
+    (tmp_path / "in").write_bytes(start)
+    monkeypatch.setitem(sys.modules, module, None)  # as if it were not installed
+    with pytest.raises(Refused, match=f"needs the Python package {package}: pip install {package}") as refusal:
+        formats.read(str(tmp_path / "in"))
+    assert refusal.value.status == 1

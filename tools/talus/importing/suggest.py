@@ -47,8 +47,15 @@ class Candidate:
             return "slider_command_m" if plant == "slider" and self.kind in ("angle", "length") else None
         return vocabulary.column_of(plant, self.kind, self.column.name)
 
-    def score(self):
-        return (self.full in talus.channels()) * 4 + self.sure + 2 * (kind_by_unit(self.column.unit) is not None)
+    def why(self):
+        return "its unit" if vocabulary.quantity(self.column.name)[0] != self.kind else "a part of its name"
+
+    def caution(self, plant):
+        return None if self.full in talus.channels() else vocabulary.caution(plant, self.kind, self.column.name)
+
+    def score(self, plant=None):
+        known = (self.full in talus.channels()) * 4 + self.sure + 2 * (kind_by_unit(self.column.unit) is not None)
+        return known - (self.caution(plant) is not None)
 
 
 def plant_of(candidates):
@@ -98,12 +105,15 @@ class Suggestion:
         found = [c for c in found if c.column.is_numeric()]
         if not found:
             return
-        best = max(found, key=Candidate.score)
-        if sum(c.score() == best.score() for c in found) > 1:
+        plant = self.map.plant
+        best = max(found, key=lambda c: c.score(plant))
+        if best.caution(plant):
+            self.doubts.append(f"{target}: {best.column.name} {best.caution(plant)}")
+        if sum(c.score(plant) == best.score(plant) for c in found) > 1:
             others = ", ".join(c.column.name for c in found if c is not best)
             self.doubts.append(f"{target}: {best.column.name} is taken, the first that fits; it may be {others}")
-        elif best.sure < 2 and best.full != target and kind_by_unit(best.column.unit) is None:
-            self.doubts.append(f"{target}: {best.column.name} is taken by a part of its name")
+        elif best.sure < 2 and best.full != target:
+            self.doubts.append(f"{target}: {best.column.name} is taken by {best.why()} alone")
         self.map.columns[target] = self._entry(target, best)
 
     def _entry(self, target, chosen):

@@ -7,7 +7,7 @@ WHOLE = {
     "time": {"t", "time", "ts", "stamp", "timestamp", "zeit", "temps", "tiempo", "tempo", "clock", "uhrzeit", "sec", "seconds"},
     "angle": {"q", "pos", "position", "positions", "angle", "theta", "phi", "enc", "encoder", "alpha", "q1", "th"},
     "velocity": {"vel", "velocity", "speed", "omega", "qd", "dq", "qdot", "w", "rpm", "velocities"},
-    "current": {"i", "iq", "cur", "curr", "current", "amp", "amps", "courant", "corriente", "ia"},
+    "current": {"i", "iq", "cur", "curr", "current", "amp", "amps", "courant", "corriente"},
     "torque": {"torque", "tau", "effort", "moment", "couple", "trq"},
     "load": {"load", "messwelle", "loadcell"},
     "force": {"force", "kraft", "f"},
@@ -56,6 +56,16 @@ def is_ordered(name):
 
 def is_no_measurement(name):
     return bool(NOT_MEASURED & set(words(name)))
+
+
+def caution(plant, kind, name):
+    """Why a quantity of this name may not be the recording's, or None."""
+    said = set(words(name))
+    if plant == "pendulum" and kind in ("angle", "velocity") and said & {"motor", "rotor"}:
+        return "may be the rotor's (ratio x joint), and not the joint's"
+    if kind == "current" and said & {"bus", "supply", "battery", "dc", "input"}:
+        return "may be the supply's current, and not the motor's"
+    return None
 
 
 def joint_of(name):
