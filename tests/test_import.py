@@ -180,6 +180,29 @@ def test_nanoseconds_since_1970_lose_nothing():
     assert times.before == clock.Fraction(int(ns[0]), 10**9)
 
 
+@pytest.mark.parametrize("hertz", [400, 240, 2000, 1500])
+def test_even_times_rounded_to_milliseconds_are_found_again(hertz):
+    true = np.arange(2000) / hertz
+    words = []
+    times = clock.read(Column("t", "ms", [str(round(1000 * t)) for t in true], range(2000)), "millisecond", "x", words)
+    assert len(times.rows) == 2000 and times.seconds() == pytest.approx(true, abs=2e-4) and "rounded to 1 ms" in words[0]
+
+
+@pytest.mark.parametrize("lost", [[700], [300, 301, 900], list(range(0, 2000, 97))])
+def test_lost_samples_are_not_taken_for_rounding(lost):
+    """An even clock without some of its samples: the times that stand there stay."""
+    ms = np.delete(np.arange(2000), lost)
+    words = []
+    times = clock.read(Column("t", "ms", [str(t) for t in ms], range(len(ms))), "millisecond", "x", words)
+    assert times.seconds().tolist() == (ms / 1000).tolist() and words == []
+
+
+def test_a_clock_that_jitters_by_more_than_its_rounding_keeps_its_times():
+    ms = np.sort(np.round(1000 * (np.arange(2000) / 100 + np.random.default_rng(2).normal(0, 0.002, 2000)))).astype(int)
+    times = clock.read(Column("t", "ms", [str(t) for t in ms], range(2000)), "millisecond", "x", [])
+    assert times.seconds().tolist() == (np.unique(ms) / 1000).tolist()
+
+
 def test_wraps_are_found_only_where_a_sensor_starts_again():
     q = np.linspace(0, 40, 4001)
     assert guess.wrap(np.degrees(q) % 360, "deg", True) == 360

@@ -19,6 +19,7 @@ UNIX_S = 1e6  # times beyond are of a clock that did not start with the recordin
 MOST_DECIMALS = 12
 LARGEST = 10**21  # in any unit
 COARSE = 20  # a step of so few of the clock's is rounded
+MOST_USUAL = 0.9  # of the steps are the same: then others are lost samples, and no rounding
 LONG_RUN = 100  # rows; a clock that runs back behind so many started anew
 
 
@@ -152,14 +153,15 @@ def _unrounded(ticks):
     if len(steps) < LONG_RUN or grid == 0 or abs(int(ticks[-1] - ticks[0])) >= 2**52:
         return None
     typical = steps[steps <= 5 * max(np.median(steps), grid)].mean()
-    if typical > COARSE * grid or (steps == steps[0]).all():
+    usual = np.mean(steps == np.bincount(np.minimum(steps // grid, 6 * COARSE)).argmax() * grid)
+    if typical > COARSE * grid or usual > MOST_USUAL:
         return None
     out = ticks * 1000
     for part in np.split(np.arange(len(ticks)), np.flatnonzero(steps > 5 * typical + grid) + 1):
         if len(part) < COARSE:
             return None
         fit = np.polyval(np.polyfit(part - part[0], (ticks[part] - ticks[part[0]]).astype(float), 1), part - part[0]) + ticks[part[0]]
-        if np.abs(fit - ticks[part]).max() > 0.75 * grid:
+        if np.abs(fit - ticks[part]).max() > 0.6 * grid:
             return None
         out[part] = np.rint(fit * 1000).astype(np.int64)
     return out if (np.diff(out) > 0).all() else None
