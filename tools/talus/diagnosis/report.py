@@ -34,6 +34,8 @@ def diagnosis(search, verdict, seed, findings):
         "schema": SCHEMA,
         "verdict": entry(*named),
         "alternatives": [entry(*p) for p in verdict.probabilities[1:]],
+        "calibrated": search.calibration is not None,
+        "replicates": len(search.calibration.gains) if search.calibration else 0,
         "effects": [],
         "gap": figures.gap(dataset, before, after, seed),
         "motion": motion.motion(search, fit, before, after),

@@ -5,6 +5,7 @@ import gc
 
 import numpy as np
 
+from .calibration import calibrated
 from .catalogue import sparse
 from .catalogue.candidate import joined
 from .effects import EFFECTS, candidates, torque_constant_error
@@ -19,6 +20,7 @@ TOLERATED_OF_SIGNAL = 0.007  # and of the measured torque
 DETECTION_THRESHOLD = 40.0  # chi-square
 DETECTION_THRESHOLD_PER_FREEDOM = 0.0075
 LEAST_Z = 3.0  # of the gain over blocks
+LIKELY_NOTHING = 0.5
 # an effect that few blocks show, and that explains all they have: slow ramps alone tell what happens near standstill
 ALL_OF_IT, STEPS_OF_ALL, LEAST_Z_OF_ALL = 0.9, 10.0, 2.0
 SECOND_MUST_CLOSE = 0.45  # of what the first leaves
@@ -75,6 +77,18 @@ class Search:
         self.plain = self.fit([])
         self.tolerated_of = {kind: self._tolerated(kind) for kind in dataset.kinds}
         self.tolerated = sum(self.tolerated_of.values())
+        self.calibration = None
+
+    def calibrate(self, calibration):
+        """What reconstruction leaves is as much as it leaves in replicates, where that is more."""
+        self.calibration = calibration
+        for kind, excess in calibration.excess.items():
+            self.tolerated_of[kind] = max(self.tolerated_of[kind], excess)
+        self.tolerated = sum(self.tolerated_of.values())
+
+    def nothing(self, before, after):
+        """Probability that what a step from one fit to another gains is nothing; 0 where there are no replicates."""
+        return self.calibration.nothing(before.excess - after.excess) if self.calibration else 0.0
 
     def _tolerated(self, kind):
         """Excess that reconstruction itself may leave in one kind of channel."""
@@ -221,7 +235,7 @@ class Search:
         all_of_it = closed > ALL_OF_IT and tempered > STEPS_OF_ALL * self.detection_threshold
         least_z = LEAST_Z if self.dataset.joints > 1 else SINGLE_JOINT_LEAST_Z
         enough = tempered > steps * self.detection_threshold and z > (min(least_z, LEAST_Z_OF_ALL) if all_of_it else least_z)
-        return bool(enough and (share == 0 or closed > share))
+        return bool(enough and (share == 0 or closed > share) and self.nothing(before, after) < LIKELY_NOTHING)
 
     def is_worth_adding(self, before, after, share):
         """Is a further effect, the last of `after`, more than what another form of the effect at its joint would do?"""
@@ -281,8 +295,9 @@ def plain_base(dataset):
     return Gram(dataset, [None] * len(dataset.processed_recordings), []).fold_strengths([])[-1][:dataset.bases]
 
 
-def search(dataset, base, step=lambda text: None):
-    """(search, fit): the search at the parameters that suit the best effect, and the effects chosen."""
+def search(dataset, base, step=lambda text: None, seed=1, replicated=True):
+    """(search, fit): the search at the parameters that suit the best effect, and the effects chosen. `replicated`: against
+    replicates of these recordings without any effect."""
     step("candidates")
     first = Search(dataset, base, sparse if dataset.at_motor else list)
     step("single effects")
@@ -307,6 +322,10 @@ def search(dataset, base, step=lambda text: None):
     gc.collect()  # candidates hold their torque terms in circles
     step("candidates, once more")
     second = Search(dataset, again, wanted, excess)
+    if replicated:
+        found = calibrated(second, plain_base(dataset), sparse if dataset.at_motor else list, seed, step)
+        if found:
+            second.calibrate(found)
     step("combinations")
     singles = second.singles()
     if not singles or not second.significant(second.plain, singles[0], 0.0):

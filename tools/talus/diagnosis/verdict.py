@@ -66,6 +66,11 @@ def too_little(search, fit):
     return logistic((STEPS_WITHIN_TOLERANCE - gain) / STEPS_WIDTH)
 
 
+def no_effect(probability, gap_remains):
+    """`none` and `unknown`, of the probability that no effect of the catalogue shows."""
+    return [(probability * (1 - gap_remains), "none", "none"), (probability * gap_remains, "unknown", "none")]
+
+
 def most_open(search, fit):
     """Share of the systematic excess that may be left: there, the cause counts as unknown with probability one half."""
     if search.dataset.joints == 1:
@@ -158,9 +163,9 @@ def judge(search, fit):
     """The verdict on a search's outcome, and the fit with the named effect in front."""
     tolerated, irregular = search.tolerated, search.dataset.irregular_excess()
     before = search.plain.excess + irregular
+    gap_remains = logistic((math.log(max(before, 1.0) / tolerated) - math.log(NOTHING_FACTOR)) / LOGIT_WIDTH)
     if not fit.chosen:
-        unknown = logistic((math.log(max(before, 1.0) / tolerated) - math.log(NOTHING_FACTOR)) / LOGIT_WIDTH)
-        return Verdict([(unknown, "unknown", "none"), (1 - unknown, "none", "none")], fit, 1.0 if unknown > 0.5 else 0.0)
+        return Verdict(no_effect(1.0, gap_remains), fit, 1.0 if gap_remains > 0.5 else 0.0)
     most = most_open(search, fit)
     open_share = still_open(search, fit, most)
     unknown = logistic((math.log(max(open_share, 1e-4)) - math.log(most)) / LOGIT_WIDTH)
@@ -169,9 +174,10 @@ def judge(search, fit):
     odds, others = Odds(search, fit), rivals(search, fit)
     weight = [other.chosen[-1].weight(other.strengths[-1]) * odds.of(other) for other in others]
     total = float(np.sum(weight))
-    nothing = too_little(search, fit) if before < tolerated else 0.0
+    nothing = max(too_little(search, fit) if before < tolerated else 0.0, search.nothing(search.plain, search.fit(fit.chosen[:1])))
     probabilities = [(w / total * (1 - unknown) * (1 - nothing), *o.chosen[-1].key) for w, o in zip(weight, others)]
-    no_cause = [(unknown * (1 - nothing), "unknown", "none"), (nothing, "none", "none")]
+    none, gap = no_effect(nothing, gap_remains)
+    no_cause = [none, (gap[0] + unknown * (1 - nothing), *gap[1:])]
     verdict = Verdict([*probabilities, *no_cause], fit, open_share)
     imitates = open_share > MOST_OPEN_OF_A_PART or little > 0.5
     if verdict.effect == "none" or (verdict.effect == "unknown" and imitates):
