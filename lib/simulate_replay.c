@@ -58,10 +58,11 @@ static int shown(const tl_replay *r, const tl_simulation *s, const drive_between
   tl_simulation_joints(r->model, s, &seen);
   driven(d, r->t_s[row] - r->t_s[0], &s->motion, torque);
   for (j = 0; j < joints; j++) {
-    r->q_out[j][row] = seen.q[j];
-    r->v_out[j][row] = seen.v[j];
+    r->q_out[j][row] = s->motion.q[j];
+    r->v_out[j][row] = s->motion.v[j];
+    r->joint_out[j][row] = seen.q[j];
     r->torque_out[j][row] = torque[j];
-    if (!(fabs(seen.q[j] - r->q[j][row]) < FARTHEST)) return 0;
+    if (!(fabs(s->motion.q[j] - r->q[j][row]) < FARTHEST)) return 0;
   }
   return 1;
 }

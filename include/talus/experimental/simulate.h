@@ -135,7 +135,9 @@ typedef struct tl_replay {
   const double *t_s; /* (n), rises strictly */
   const double *q[TL_MAX_JOINTS], *v[TL_MAX_JOINTS],
       *torque[TL_MAX_JOINTS]; /* recorded, (n) each; torque as tl_forward takes it */
-  double *q_out[TL_MAX_JOINTS], *v_out[TL_MAX_JOINTS], *torque_out[TL_MAX_JOINTS]; /* at the same instants */
+  /* at the same instants, (n) each: the motor's side in the joint's coordinate, the torque, and the joint beyond its
+   * transmission (equal to q_out where that is rigid) */
+  double *q_out[TL_MAX_JOINTS], *v_out[TL_MAX_JOINTS], *torque_out[TL_MAX_JOINTS], *joint_out[TL_MAX_JOINTS];
 } tl_replay;
 
 /* Fills the outputs; row 0 is the recorded state. Errors of tl_simulation_init and tl_simulate, TL_ERR_NOT_FINITE also

@@ -5,6 +5,8 @@ same sensors: their resolution, noise and instants. What the search then finds i
 leave (parametric bootstrap, Davison and Hinkley, Bootstrap Methods and their Application, ch. 4).
 """
 
+from dataclasses import dataclass
+
 import numpy as np
 
 import talus
@@ -12,8 +14,9 @@ from talus import TalusError, check, ffi, lib, pointer
 
 from . import noise
 from .dataset import Dataset
-from .motion import plant_of
+from .motion import acts_in_time, effect_of, plant_of
 from .processed_recording import ProcessedRecording
+from .torque_terms import TorqueTerms
 
 LOOP_HZ = 3.0  # as slow as keeps the plant near: a stiffer loop would replace the motion by the recorded one
 LONGEST_STEP_S = 0.001
@@ -76,43 +79,56 @@ class Sensors:
         return np.round((values - offset) / step) * step + offset
 
 
-def driven(dataset, record, terms):
-    """(q, v, torque) of the model under the recorded torque, (joints, n) each; None where it cannot be simulated."""
+@dataclass
+class Driven:
+    """What the model did under the recorded torque, (joints, n) each: motors' side in the joints' coordinates, the joints
+    beyond their transmissions."""
+
+    q: np.ndarray
+    v: np.ndarray
+    torque: np.ndarray
+    joint: np.ndarray
+
+
+def driven(dataset, record, terms, effects=()):
+    """Driven; None where the model cannot be simulated."""
     processed, model = dataset.processed_recordings[record], plant_of(terms)
-    q, v = processed.q.copy(), processed.v.copy()
     torque = np.array([dataset.effort(record, j) for j in range(dataset.joints)])
-    out = torque.copy()
+    out = Driven(processed.q.copy(), processed.v.copy(), torque.copy(), processed.q.copy())
+    every = ffi.new("tl_effect[]", max(len(effects), 1))
+    for place, effect in enumerate(effects):
+        every[place] = effect[0]
     for part in processed.parts:
         rows = slice(part["begin"], part["end"])
         alive = [np.ascontiguousarray(processed.t_s[rows])]
-        spec = ffi.new("tl_replay *", {"model": model.struct, "loop_hz": LOOP_HZ, "longest_step_s": LONGEST_STEP_S,
-                                       "n": len(alive[0]), "t_s": pointer(alive[0])})  # fmt: skip
+        spec = ffi.new("tl_replay *", {"model": model.struct, "loop_hz": LOOP_HZ, "longest_step_s": LONGEST_STEP_S, "effect": every,
+                                       "effects": len(effects), "n": len(alive[0]), "t_s": pointer(alive[0])})  # fmt: skip
         results = []
         for j in range(dataset.joints):
             for name, values in (("q", processed.q), ("v", processed.v), ("torque", torque)):
                 alive.append(np.ascontiguousarray(values[j][rows]))
                 getattr(spec, name)[j] = pointer(alive[-1])
-                result = np.empty(len(alive[0]))
-                getattr(spec, f"{name}_out")[j] = pointer(result)
-                results.append(({"q": q, "v": v, "torque": out}[name], j, result))
+            for name in ("q", "v", "torque", "joint"):
+                results.append((name, j, np.empty(len(alive[0]))))
+                getattr(spec, f"{name}_out")[j] = pointer(results[-1][2])
         try:
             check(lib.tl_simulate_replay(spec))
         except TalusError:
             return None
-        for into, j, result in results:
-            into[j][rows] = result
-    return q, v, out
+        for name, j, result in results:
+            getattr(out, name)[j][rows] = result
+    return out
 
 
 def recorded(dataset, record, motion, sensors, random):
     """The recording that the sensors would have made of a motion."""
-    q, v, torque = motion
+    q, v, torque, joint = motion.q, motion.v, motion.torque, motion.joint
     columns = dict(dataset.processed_recordings[record].columns)
     model = dataset.model
     travel = [dataset.transmissions[j].motor_rad(q[j]) for j in range(dataset.joints)] if dataset.at_motor else list(q)
     shown = dict(zip(model.sensor("position"), travel)) | dict(zip(model.sensor("velocity"), v))
     if dataset.at_motor:
-        shown |= {"ankle_joint_rad": q[1], "shank_rad": q[0], "foot_rad": q[0] + q[1]}
+        shown |= {"ankle_joint_rad": joint[1], "shank_rad": joint[0], "foot_rad": joint[0] + joint[1]}
     for name, values in shown.items():
         if name in columns:
             columns[name] = sensors.seen(name, values, random)
@@ -145,13 +161,19 @@ class Source:
         self.sensors = [Sensors(dataset, record) for record in range(len(motions))]
 
     @classmethod
-    def of(cls, search, base):
-        """At these base parameters; None where the recordings cannot be simulated: beside a sensor at the output the motion is
-        not the drive's, and a speed alone does not say where the joint is."""
-        dataset = search.dataset
+    def of(cls, dataset, base, chosen=(), every=()):
+        """At these base parameters, with effects of these strengths; None where that cannot be simulated: beside a sensor at
+        the output the motion is not the drive's, a speed alone does not say where the joint is, and not every effect acts in
+        forward time."""
         if dataset.load_sensor or dataset.velocity_only:
             return None
-        motions = [driven(dataset, record, terms.at(base)) for record, terms in enumerate(search.all_terms)]
+        effects = [effect_of(dataset, part, own) for c, all_own in zip(chosen, every) for part, own in c.pieces(all_own)]
+        motions = []
+        for record in range(len(dataset.processed_recordings)):
+            terms = TorqueTerms(dataset, record, base)
+            if not all(acts_in_time(effect, terms.model) for effect in effects):
+                return None
+            motions.append(driven(dataset, record, terms, effects))
         return None if any(motion is None for motion in motions) else cls(dataset, motions)
 
     def replicate(self, seed, number):

@@ -20,8 +20,8 @@ class Diagnosis:
         self.before, self.after, self.maps, self.maps_after = before, after, maps or {}, maps_after or {}
 
 
-def diagnosis(search, verdict, seed, findings):
-    """The diagnosis of a finished search; `findings` are those that are not grave."""
+def diagnosis(search, verdict, seed, findings, through):
+    """The diagnosis of a finished search; `findings` are those that are not grave, `through` the Lowpass."""
     dataset, fit = search.dataset, verdict.fit
     before = figures.Residuals(search, [])
     after = figures.Residuals(search, fit.chosen) if fit.chosen else before
@@ -34,6 +34,7 @@ def diagnosis(search, verdict, seed, findings):
         "schema": SCHEMA,
         "verdict": entry(*named),
         "alternatives": [entry(*p) for p in verdict.probabilities[1:]],
+        "lowpass": {"hz": through.hz, "from": through.source, "inertia_bias": through.bias},
         "calibrated": search.calibration is not None,
         "replicates": len(search.calibration.gains) if search.calibration else 0,
         "effects": [],
@@ -53,8 +54,9 @@ def diagnosis(search, verdict, seed, findings):
     for item in listed:
         own = [p for p, effect, joint in verdict.probabilities if (effect, joint) == (item["effect"], item["joint"])]
         first = keys.index((item["effect"], item["joint"])) == 0
-        # further effects were added because held-out data asked for them: as sure as that something explains it
-        item["probability"] = own[0] if own and first else known_probability(verdict)
+        # a further effect is as sure as that something explains the gap, and that its own gain is not nothing
+        further = known_probability(verdict) * (1.0 - search.further.get((item["effect"], item["joint"]), 0.0))
+        item["probability"] = own[0] if own and first else further
     order = ("effect", "joint", "probability", "parameters", "gap_before", "gap_after")
     report["effects"] = [{name: item[name] for name in order} for item in listed]
     found = Diagnosis(report, search, fit, before, after, maps, maps_after)

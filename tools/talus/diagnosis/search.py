@@ -5,7 +5,7 @@ import gc
 
 import numpy as np
 
-from .calibration import calibrated
+from .calibration import Replicator
 from .catalogue import sparse
 from .catalogue.candidate import joined
 from .effects import EFFECTS, candidates, torque_constant_error
@@ -77,18 +77,19 @@ class Search:
         self.plain = self.fit([])
         self.tolerated_of = {kind: self._tolerated(kind) for kind in dataset.kinds}
         self.tolerated = sum(self.tolerated_of.values())
-        self.calibration = None
+        self.replicator = self.calibration = None
+        self.further = {}  # (effect, joint) of each further effect: probability that it is nothing
 
-    def calibrate(self, calibration):
+    def calibrate(self, replicator):
         """What reconstruction leaves is as much as it leaves in replicates, where that is more."""
-        self.calibration = calibration
-        for kind, excess in calibration.excess.items():
+        self.replicator, self.calibration = replicator, replicator.beside(self, self.plain)
+        for kind, excess in (self.calibration.excess if self.calibration else {}).items():
             self.tolerated_of[kind] = max(self.tolerated_of[kind], excess)
         self.tolerated = sum(self.tolerated_of.values())
 
     def nothing(self, before, after):
         """Probability that what a step from one fit to another gains is nothing; 0 where there are no replicates."""
-        return self.calibration.nothing(before.excess - after.excess) if self.calibration else 0.0
+        return self.calibration.nothing_of(before.excess - after.excess) if self.calibration else 0.0
 
     def _tolerated(self, kind):
         """Excess that reconstruction itself may leave in one kind of channel."""
@@ -246,6 +247,14 @@ class Search:
         near = left < LEFT_BY_A_FORM and (added.joint in joints or "base" in joints | {added.joint})
         return self.significant(before, after, SAME_JOINT_MUST_CLOSE if near else share, STEPS_OF_A_FURTHER)
 
+    def is_nothing(self, before, after):
+        """Is what a further effect gains likely nothing, by replicates that have the effects before it?"""
+        calibration = self.replicator and self.calibration and self.replicator.beside(self, before)
+        probability = calibration.nothing_of(before.excess - after.excess) if calibration else self.nothing(before, after)
+        there = {c.key for c in before.chosen}
+        self.further |= {c.key: probability for c in after.chosen if c.key not in there}
+        return probability > LIKELY_NOTHING
+
     def extended(self, singles):
         """One to three effects, from the ranking of single ones."""
         best = singles[0]
@@ -257,10 +266,10 @@ class Search:
         second = self.all_refined(self.reshaped(min(following, key=lambda fit: fit.excess)))
         led = [self.all_refined(self.reshaped(fit)) for fit in self.led_to(best.chosen, second.excess)]
         second = min([second, *led], key=lambda fit: fit.excess)
-        if not self.is_worth_adding(best, second, SECOND_MUST_CLOSE):
+        if not self.is_worth_adding(best, second, SECOND_MUST_CLOSE) or self.is_nothing(best, second):
             return best
         if self._worth_more(second) and (third := self.scan(second.chosen)):
-            if self.is_worth_adding(second, third[0], THIRD_MUST_CLOSE):
+            if self.is_worth_adding(second, third[0], THIRD_MUST_CLOSE) and not self.is_nothing(second, third[0]):
                 return self.ordered(self.all_refined(third[0]))
         return self.ordered(second)
 
@@ -323,9 +332,7 @@ def search(dataset, base, step=lambda text: None, seed=1, replicated=True):
     step("candidates, once more")
     second = Search(dataset, again, wanted, excess)
     if replicated:
-        found = calibrated(second, plain_base(dataset), sparse if dataset.at_motor else list, seed, step)
-        if found:
-            second.calibrate(found)
+        second.calibrate(Replicator(sparse if dataset.at_motor else list, seed, step))
     step("combinations")
     singles = second.singles()
     if not singles or not second.significant(second.plain, singles[0], 0.0):

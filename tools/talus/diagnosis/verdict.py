@@ -66,6 +66,12 @@ def too_little(search, fit):
     return logistic((STEPS_WITHIN_TOLERANCE - gain) / STEPS_WIDTH)
 
 
+def remaining(search, before):
+    """Probability that there is a gap, where no effect is found: by its size, and by what the best effect gains of it."""
+    by_size = logistic((math.log(max(before, 1.0) / search.tolerated) - math.log(NOTHING_FACTOR)) / LOGIT_WIDTH)
+    return max(by_size, 1.0 - search.calibration.nothing(search.calibration.own) if search.calibration else 0.0)
+
+
 def no_effect(probability, gap_remains):
     """`none` and `unknown`, of the probability that no effect of the catalogue shows."""
     return [(probability * (1 - gap_remains), "none", "none"), (probability * gap_remains, "unknown", "none")]
@@ -161,9 +167,8 @@ def rivals(search, fit):
 
 def judge(search, fit):
     """The verdict on a search's outcome, and the fit with the named effect in front."""
-    tolerated, irregular = search.tolerated, search.dataset.irregular_excess()
-    before = search.plain.excess + irregular
-    gap_remains = logistic((math.log(max(before, 1.0) / tolerated) - math.log(NOTHING_FACTOR)) / LOGIT_WIDTH)
+    before = search.plain.excess + search.dataset.irregular_excess()
+    gap_remains = remaining(search, before)
     if not fit.chosen:
         return Verdict(no_effect(1.0, gap_remains), fit, 1.0 if gap_remains > 0.5 else 0.0)
     most = most_open(search, fit)
@@ -174,7 +179,7 @@ def judge(search, fit):
     odds, others = Odds(search, fit), rivals(search, fit)
     weight = [other.chosen[-1].weight(other.strengths[-1]) * odds.of(other) for other in others]
     total = float(np.sum(weight))
-    nothing = max(too_little(search, fit) if before < tolerated else 0.0, search.nothing(search.plain, search.fit(fit.chosen[:1])))
+    nothing = max(too_little(search, fit) if before < search.tolerated else 0.0, search.nothing(search.plain, search.fit(fit.chosen[:1])))
     probabilities = [(w / total * (1 - unknown) * (1 - nothing), *o.chosen[-1].key) for w, o in zip(weight, others)]
     none, gap = no_effect(nothing, gap_remains)
     no_cause = [none, (gap[0] + unknown * (1 - nothing), *gap[1:])]
