@@ -60,6 +60,13 @@ def logistic(x):
     return 1.0 / (1.0 + math.exp(-x))
 
 
+def nothing_there(search, fit):
+    """Probability that the chosen effects are none: by replicates, else by what reconstruction usually leaves."""
+    if search.calibration:
+        return search.nothing(search.plain, search.fit(fit.chosen[:1]))
+    return too_little(search, fit) if search.plain.excess + search.dataset.irregular_excess() < search.tolerated else 0.0
+
+
 def too_little(search, fit):
     """Probability that what was gained within the tolerance is no effect."""
     gain = (search.plain.excess - fit.excess) / search.detection_threshold
@@ -179,7 +186,7 @@ def judge(search, fit):
     odds, others = Odds(search, fit), rivals(search, fit)
     weight = [other.chosen[-1].weight(other.strengths[-1]) * odds.of(other) for other in others]
     total = float(np.sum(weight))
-    nothing = max(too_little(search, fit) if before < search.tolerated else 0.0, search.nothing(search.plain, search.fit(fit.chosen[:1])))
+    nothing = nothing_there(search, fit)
     probabilities = [(w / total * (1 - unknown) * (1 - nothing), *o.chosen[-1].key) for w, o in zip(weight, others)]
     none, gap = no_effect(nothing, gap_remains)
     no_cause = [none, (gap[0] + unknown * (1 - nothing), *gap[1:])]
