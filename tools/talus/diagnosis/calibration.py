@@ -1,13 +1,13 @@
 """What a search finds where nothing is: from null replicates the probability that a gain is nothing but noise and reconstruction.
 
-Gains of the best single effect are lognormal over replicates of one recording. With m and s their logarithms' mean and
-deviation over B replicates, and x that of the recording's own gain,
+Gains of one effect at one joint, each of the best shape, are lognormal over replicates of one recording. With m and s their
+logarithms' mean and deviation over B replicates, x that of the recording's own gain, K the number of effects and joints tried,
 
     w^2 = s^2 (1 + 1/B) + MISFIT^2,   z = (x - m) / w,
-    P(nothing) = n(z)/w / (n(z)/w + N(z)/RANGE),
+    P(nothing) = n(z)/w / (n(z)/w + N(z) / (K RANGE)),
 
-n and N the normal density and distribution: without an effect x is one more replicate, with one it lies anywhere in a
-range above them, each size as likely as the next (docs/diagnosis.md).
+n and N the normal density and distribution: without the effect x is one more replicate, with it x lies anywhere in a range above
+them, each size as likely as the next, and before the data each of the K is as likely as any other (docs/diagnosis.md).
 """
 
 import math
@@ -27,30 +27,62 @@ FLOOR = 8.0  # chi-square, added to gains: below it the logarithm tells noise ap
 
 
 class Calibration:
-    """`own` gain of the best single effect, and its `gains` in each replicate; `excess`: {kind: mean chi-square that
-    reconstruction leaves there}."""
+    """Gains of the best shape of every (effect, joint): `own` {key: gain} in the recordings, `gains` [{key: gain}] in each replicate;
+    `excess`: {kind: mean chi-square over its freedom that noise and reconstruction leave there}; of the torques the part that
+    is not noise is `reconstruction`."""
 
-    def __init__(self, own, gains, excess):
-        self.own, self.gains, self.excess = own, list(gains), excess
-        logs = np.log(np.maximum(self.gains, 0.0) + FLOOR)
-        self.middle = float(np.mean(logs))
-        spread = float(np.var(logs, ddof=1)) * (1 + 1 / len(logs)) if len(logs) > 1 else 0.0
-        self.width = math.sqrt(spread + MISFIT**2)
+    def __init__(self, own, gains, excess, noise_excess):
+        self.own, self.gains, self.excess = own, gains, excess
+        self.reconstruction = max(sum(x for kind, x in excess.items() if kind[0] == "T") - noise_excess, 0.0)
+        self.keys = sorted(set(own).union(*gains))
 
-    def widths(self, gain):
+    def width(self, key):
+        """(mean, width) of the logarithm of an (effect, joint)'s gain where nothing is hidden."""
+        return _lognormal([math.log(max(gains.get(key, 0.0), 0.0) + FLOOR) for gains in self.gains])
+
+    def widths(self, key, gain):
         """How far a gain lies above the nulls', in their widths."""
-        return (math.log(max(gain, 0.0) + FLOOR) - self.middle) / self.width
+        middle, width = self.width(key)
+        return (math.log(max(gain, 0.0) + FLOOR) - middle) / width
 
-    def nothing_of(self, gain):
-        """The same of a step between the grid's shapes, which replicates do not take: as far as the grid goes."""
-        return self.nothing(min(gain, self.own))
+    def most_widths(self):
+        """Of the (effect, joint) that stands out most."""
+        return max((self.widths(key, gain) for key, gain in self.own.items()), default=0.0)
 
-    def nothing(self, gain):
-        """Probability that a gain is nothing but noise and reconstruction."""
-        z = self.widths(gain)
-        null = math.exp(-0.5 * z * z) / math.sqrt(2 * math.pi) / self.width
-        other = 0.5 * math.erfc(-z / math.sqrt(2)) / RANGE
+    def nothing(self, key, gain):
+        """Probability that an (effect, joint)'s gain is nothing but noise and reconstruction; it is one of many."""
+        return self._probability(self.widths(key, gain), self.width(key)[1], max(len(self.keys), 1))
+
+    def nothing_of(self, before, after):
+        """The same of a step from one fit to another, of the likeliest effect that it adds. Replicates are searched on the grid of
+        shapes: what lies between its points is not counted."""
+        there = {c.key for c in before.chosen}
+        gain = before.excess - after.excess
+        new = [c.key for c in after.chosen if c.key not in there]
+        return min((self.nothing(key, min(gain, self.own.get(key, gain))) for key in new), default=0.0)
+
+    def nothing_at_all(self):
+        """Probability that the largest gain of all is nothing, by the largest of each replicate: a drive that sees its encoder's
+        steps, say, gives several effects a little that replicates do not have, but none of them much."""
+        return self._probability(*self._largest(), 1)
+
+    def _largest(self):
+        logs = [math.log(max(max(gains.values(), default=0.0), 0.0) + FLOOR) for gains in (self.own, *self.gains)]
+        middle, width = _lognormal(logs[1:])
+        return (logs[0] - middle) / width, width
+
+    @staticmethod
+    def _probability(z, width, tried):
+        """Of nothing, of a gain that lies z widths above the nulls' and is one of many that were tried."""
+        null = math.exp(-0.5 * z * z) / math.sqrt(2 * math.pi) / width
+        other = 0.5 * math.erfc(-z / math.sqrt(2)) / RANGE / tried
         return null / (null + other) if null + other > 0 else float(z < 0)
+
+
+def _lognormal(logs):
+    """(mean, width) of logarithms of gains, for one more of them."""
+    spread = float(np.var(logs, ddof=1)) * (1 + 1 / len(logs)) if len(logs) > 1 else 0.0
+    return float(np.mean(logs)), math.sqrt(spread + MISFIT**2)
 
 
 class Replicator:
@@ -66,14 +98,14 @@ class Replicator:
         source = replicates.Source.of(search.dataset, base, fit.chosen, fit.strengths)
         if source is None:
             return None
-        own, found = gain_beside(search, fit.chosen), []
+        own, found = gains_beside(search, fit.chosen), []
         for numbers in (range(FEWEST), range(FEWEST, MOST)):
             found += [one for one in self._each(source, fit.chosen, numbers) if one is not None]
             if len(found) < 2:
                 return None
             excess = {kind: float(np.mean([e[kind] for _, e in found])) for kind in search.dataset.kinds}
-            out = Calibration(own, [gain for gain, _ in found], excess)
-            if not SURE_BELOW < out.widths(own) < SURE_ABOVE:
+            out = Calibration(own, [gains for gains, _ in found], excess, source.noise_excess())
+            if not SURE_BELOW < out.most_widths() < SURE_ABOVE:
                 break
         return out
 
@@ -94,10 +126,10 @@ class Replicator:
             _work = None
 
 
-def gain_beside(search, chosen):
-    """What the best single shape of the grid gains beside the chosen effects."""
-    found = search.scan(chosen)
-    return search.fit(chosen).excess - found[0].excess if found else 0.0
+def gains_beside(search, chosen):
+    """{(effect, joint): what its best shape of the grid gains beside the chosen effects}."""
+    before, there = search.fit(chosen).excess, {c.key for c in chosen}
+    return {fit.chosen[-1].key: before - fit.excess for fit in search.scan(chosen) if fit.chosen[-1].key not in there}
 
 
 _work = None  # what the processes that are forked take with them
@@ -113,4 +145,4 @@ def _one(number):
         return None
     search = Search(dataset, plain_base(dataset), choose)
     blocks = search.gram.held_out_blocks(search.columns(chosen))
-    return gain_beside(search, chosen), {kind: float(values.sum()) - dataset.freedom(kind) for kind, values in blocks.items()}
+    return gains_beside(search, chosen), {kind: float(values.sum()) - dataset.freedom(kind) for kind, values in blocks.items()}

@@ -221,10 +221,13 @@ def diagnose(options, step):
         return report.withheld(identification, [reason, *findings]), tree, model
     step("low-pass")
     seed = int(options.seed)
-    through, dataset = lowpass.of(given, recordings, options.recordings, tree, processed, options.lowpass_hz, seed)
+    looks = lowpass.Looks(given, recordings, options.recordings, tree, processed)
+    through, dataset = looks.first(options.lowpass_hz, seed)
     finished, fit = search(dataset, list(model.base.values()), step, seed, replicated=not options.quick)
+    step("half the low-pass")
+    verdict = judge(finished, fit, None if options.quick else lambda: looks.at(0.5 * through.hz))
     step("maps")
-    return report.diagnosis(finished, judge(finished, fit), seed, findings, through), tree, model
+    return report.diagnosis(finished, verdict, seed, findings, through), tree, model
 
 
 def run(arguments):

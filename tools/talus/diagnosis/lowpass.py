@@ -88,17 +88,22 @@ def chosen(at, hz, seed):
         hz /= STEP
 
 
-def of(model, recordings, names, tree, processed, wanted_hz, seed):
-    """(Lowpass, dataset) of a diagnosis: the option's, the model file's, or what the data leave. `processed` are the
-    recordings at the model's own."""
-    own_hz = model.score.lowpass_hz
+class Looks:
+    """The recordings of a diagnosis through any low-pass; `processed` are those at the model's own."""
 
-    def at(hz):
-        same = hz == own_hz
-        return dataset_of(model, processed if same else processed_at(model, recordings, names, hz), tree)
+    def __init__(self, model, recordings, names, tree, processed):
+        self.model, self.recordings, self.names, self.tree, self.processed = model, recordings, names, tree, processed
 
-    if wanted_hz:
-        return Lowpass(wanted_hz, "option"), at(wanted_hz)
-    if "score" in tree:
-        return Lowpass(own_hz, "model"), at(own_hz)
-    return chosen(at, own_hz, seed)
+    def at(self, hz):
+        """The dataset."""
+        own = hz == self.model.score.lowpass_hz
+        return dataset_of(self.model, self.processed if own else processed_at(self.model, self.recordings, self.names, hz), self.tree)
+
+    def first(self, wanted_hz, seed):
+        """(Lowpass, dataset) of a diagnosis: the option's, the model file's, or what the data leave."""
+        own_hz = self.model.score.lowpass_hz
+        if wanted_hz:
+            return Lowpass(wanted_hz, "option"), self.at(wanted_hz)
+        if "score" in self.tree:
+            return Lowpass(own_hz, "model"), self.at(own_hz)
+        return chosen(self.at, own_hz, seed)

@@ -34,7 +34,8 @@ def diagnosis(search, verdict, seed, findings, through):
         "schema": SCHEMA,
         "verdict": entry(*named),
         "alternatives": [entry(*p) for p in verdict.probabilities[1:]],
-        "lowpass": {"hz": through.hz, "from": through.source, "inertia_bias": through.bias},
+        "lowpass": {"hz": through.hz, "from": through.source, "stable": verdict.stable, "inertia_bias": through.bias},
+        "selection": "blocks",
         "calibrated": search.calibration is not None,
         "replicates": len(search.calibration.gains) if search.calibration else 0,
         "effects": [],
@@ -57,7 +58,7 @@ def diagnosis(search, verdict, seed, findings, through):
         # a further effect is as sure as that something explains the gap, and that its own gain is not nothing
         further = known_probability(verdict) * (1.0 - search.further.get((item["effect"], item["joint"]), 0.0))
         item["probability"] = own[0] if own and first else further
-    order = ("effect", "joint", "probability", "parameters", "gap_before", "gap_after")
+    order = ("effect", "joint", "probability", "parameters", "interval", "closes", "gap_before", "gap_after")
     report["effects"] = [{name: item[name] for name in order} for item in listed]
     found = Diagnosis(report, search, fit, before, after, maps, maps_after)
     found.trajectory = proposal.text

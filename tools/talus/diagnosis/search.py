@@ -77,6 +77,7 @@ class Search:
         self.plain = self.fit([])
         self.tolerated_of = {kind: self._tolerated(kind) for kind in dataset.kinds}
         self.tolerated = sum(self.tolerated_of.values())
+        self.floor_of, self.floor = dict(self.tolerated_of), self.tolerated  # what may be left where nothing is hidden
         self.replicator = self.calibration = None
         self.further = {}  # (effect, joint) of each further effect: probability that it is nothing
 
@@ -84,12 +85,12 @@ class Search:
         """What reconstruction leaves is as much as it leaves in replicates, where that is more."""
         self.replicator, self.calibration = replicator, replicator.beside(self, self.plain)
         for kind, excess in (self.calibration.excess if self.calibration else {}).items():
-            self.tolerated_of[kind] = max(self.tolerated_of[kind], excess)
-        self.tolerated = sum(self.tolerated_of.values())
+            self.floor_of[kind] = max(self.floor_of[kind], excess)
+        self.floor = sum(self.floor_of.values())
 
     def nothing(self, before, after):
         """Probability that what a step from one fit to another gains is nothing; 0 where there are no replicates."""
-        return self.calibration.nothing_of(before.excess - after.excess) if self.calibration else 0.0
+        return self.calibration.nothing_of(before, after) if self.calibration else 0.0
 
     def _tolerated(self, kind):
         """Excess that reconstruction itself may leave in one kind of channel."""
@@ -225,7 +226,7 @@ class Search:
         shares, own = [], self.dataset.kinds_at(added.joint)
         for kinds in (self.dataset.kinds, own, [kind for kind in own if kind[0] == "T"]):
             before, after = (sum(x[kind].sum() for kind in kinds) for x in (old, new))
-            still_open = before - sum(self.dataset.freedom(k) + self.tolerated_of[k] for k in kinds)
+            still_open = before - sum(self.dataset.freedom(k) + self.floor_of[k] for k in kinds)
             shares.append((before - after) / still_open if still_open > 0 else 0.0)
         return max(shares)
 
@@ -250,7 +251,7 @@ class Search:
     def is_nothing(self, before, after):
         """Is what a further effect gains likely nothing, by replicates that have the effects before it?"""
         calibration = self.replicator and self.calibration and self.replicator.beside(self, before)
-        probability = calibration.nothing_of(before.excess - after.excess) if calibration else self.nothing(before, after)
+        probability = calibration.nothing_of(before, after) if calibration else self.nothing(before, after)
         there = {c.key for c in before.chosen}
         self.further |= {c.key: probability for c in after.chosen if c.key not in there}
         return probability > LIKELY_NOTHING
@@ -278,7 +279,7 @@ class Search:
         plain, now = (self.gram.held_out_blocks(self.columns(x.chosen)) for x in (self.plain, fit))
         enough = CLOSED_ENOUGH if self.dataset.joints > 1 else SINGLE_JOINT_CLOSED_ENOUGH
         for kind in self.dataset.kinds:
-            known = self.dataset.freedom(kind) + self.tolerated_of[kind]
+            known = self.dataset.freedom(kind) + self.floor_of[kind]
             if now[kind].sum() - known > max(enough * (plain[kind].sum() - known), DETECTION_THRESHOLD):
                 return True
         return False
@@ -334,7 +335,7 @@ def search(dataset, base, step=lambda text: None, seed=1, replicated=True):
     if replicated:
         second.calibrate(Replicator(sparse if dataset.at_motor else list, seed, step))
     step("combinations")
-    singles = second.singles()
+    singles = [fit for fit in second.singles() if second.nothing(second.plain, fit) < LIKELY_NOTHING]
     if not singles or not second.significant(second.plain, singles[0], 0.0):
         return second, second.plain
     return second, second.extended(singles)
