@@ -13,7 +13,8 @@ import yaml
 import talus
 from talus import constants
 
-from . import experiment, fitted, gate, lowpass, picture, report, words
+from . import experiment, fitted, gate, picture, report, words
+from .calibration import lowpass
 from .search import search
 from .verdict import judge
 

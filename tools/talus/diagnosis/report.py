@@ -79,6 +79,8 @@ def withheld(identification, findings):
                       "identified_rms": error["identified_rms"], "extended_rms": error["identified_rms"],
                       "noise_floor_rms": 0.0, "closed_fraction": 0.0, "reversal_rms": 0.0}  # fmt: skip
     return Diagnosis({"schema": SCHEMA, "verdict": {**entry(1.0, "unknown", "none"), "withheld": True}, "alternatives": [], "effects": [],
+                      "lowpass": {"hz": None, "from": None, "stable": None, "inertia_bias": None}, "selection": "blocks",
+                      "calibrated": False, "replicates": 0,
                       "gap": gap, "motion": {}, "where": [], "confusable": [], "not_observable": [],
                       "next_experiment": {"why": remedy(findings[0]), "trajectory": None, "needs": None, "parts": []},
                       "findings": entries(findings)})  # fmt: skip

@@ -5,7 +5,7 @@ import gc
 
 import numpy as np
 
-from .calibration import Replicator
+from .calibration.gains import Replicator
 from .catalogue import sparse
 from .catalogue.candidate import joined
 from .effects import EFFECTS, candidates, torque_constant_error

@@ -6,7 +6,7 @@ import numpy as np
 
 from .effects import EFFECTS
 from .search import COLUMN_PRICE, STEPS_WITHIN_TOLERANCE
-from .stability import survives
+from .calibration.stability import survives
 
 UNKNOWN_SHARE = 0.30  # of the excess: left open, and the cause counts as unknown with probability one half
 UNKNOWN_SHARE_OF_ONE_LAW = 0.03  # of an effect that stands alone and has no other form

@@ -8,6 +8,7 @@ SOFTEST_NM_RAD, STIFFEST_NM_RAD = 100.0, 30000.0
 # of a single joint or axis, which may be of any size: at which its own inertia swings on the spring
 FREQUENCIES_HZ, TEETH_HZ = (4.0, 7.0, 12.0, 20.0, 33.0, 55.0), 55.0
 SOFTEST_HZ, STIFFEST_HZ = 2.0, 120.0
+SOFTEST, STIFFEST = 0.1, 1e8
 MOTOR_SHARE = 0.15  # of the joint's own inertia that turns with its motor: a knee's rotor through its ratio
 KNEE_MOTOR_SHARES = (0.15, 0.4)
 
@@ -18,8 +19,9 @@ def motor_shares(at):
 
 
 def stiffness_at(at, frequency_Hz):
-    """Of a spring on which the joint's inertia swings at a frequency [Nm/rad, N/m]."""
-    return (2 * math.pi * frequency_Hz / at.all_terms[0].link_rad_s(at.number, 0.0, 1.0)) ** 2
+    """Of a spring on which the joint's inertia swings at a frequency [Nm/rad, N/m], within what a model file takes."""
+    stiffness = (2 * math.pi * frequency_Hz / at.all_terms[0].link_rad_s(at.number, 0.0, 1.0)) ** 2
+    return min(max(stiffness, SOFTEST), STIFFEST)
 
 
 def stiffnesses(at):

@@ -12,12 +12,12 @@ import numpy as np
 
 from talus import ffi
 
-from .dataset import Dataset
-from .motion import inertia_over
-from .processed_recording import ProcessedRecording
+from ..dataset import Dataset
+from ..motion import inertia_over
+from ..processed_recording import ProcessedRecording
 from .replicates import Source
-from .search import plain_base
-from .torque_terms import model_at
+from ..search import plain_base
+from ..torque_terms import model_at
 
 STEP = 1.5  # from one frequency to the next slower one
 SLOWEST_HZ = 5.0

@@ -12,11 +12,11 @@ import numpy as np
 import talus
 from talus import TalusError, check, ffi, lib, pointer
 
-from . import noise
-from .dataset import Dataset
-from .motion import acts_in_time, effect_of, plant_of
-from .processed_recording import ProcessedRecording
-from .torque_terms import TorqueTerms
+from .. import noise
+from ..dataset import Dataset
+from ..motion import acts_in_time, effect_of, plant_of
+from ..processed_recording import ProcessedRecording
+from ..torque_terms import TorqueTerms
 
 LOOP_HZ = 3.0  # as slow as keeps the plant near: a stiffer loop would replace the motion by the recorded one
 LONGEST_STEP_S = 0.001

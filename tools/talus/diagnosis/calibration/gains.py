@@ -137,7 +137,7 @@ _work = None  # what the processes that are forked take with them
 
 def _one(number):
     """One replicate, searched as the recording is; None where nothing of it can be used."""
-    from .search import Search, plain_base  # which calls this
+    from ..search import Search, plain_base  # which calls this
 
     source, choose, seed, chosen = _work
     dataset = source.replicate(seed, number)

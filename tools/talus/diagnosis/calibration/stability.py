@@ -1,7 +1,7 @@
 """Does a verdict survive another low-pass? What is named at one frequency alone may be what the filter left."""
 
-from .gram import Gram
-from .torque_terms import TorqueTerms
+from ..gram import Gram
+from ..torque_terms import TorqueTerms
 
 MOST_RIVALS = 4
 
