@@ -44,10 +44,11 @@ class Verdict:
         self.stable = None  # does it survive half the low-pass? None where nothing is named, or that was not tried
 
     def doubted(self):
-        """The same where the named effect does not survive another low-pass: no more likely than not."""
+        """The same where the named effect does not survive another low-pass: no more likely than not, and still the first."""
         self.stable = False
         first, effect, joint = self.probabilities[0]
-        over = max(first - UNSTABLE_AT_MOST, 0.0)
+        rival = max((p for p, e, _ in self.probabilities[1:] if e != "unknown"), default=0.0)
+        over = max(first - max(UNSTABLE_AT_MOST, rival), 0.0)
         rest = [(p + (over if e == "unknown" else 0.0), e, j) for p, e, j in self.probabilities[1:]]
         if over and not any(e == "unknown" for _, e, _ in rest):
             rest.append((over, "unknown", "none"))

@@ -107,3 +107,7 @@ class Looks:
         if "score" in self.tree:
             return Lowpass(own_hz, "model"), self.at(own_hz)
         return chosen(self.at, own_hz, seed)
+
+    def half_of(self, through):
+        """What makes the dataset at half a Lowpass; None where that would be slower than any."""
+        return (lambda: self.at(0.5 * through.hz)) if 0.5 * through.hz >= SLOWEST_HZ else None
