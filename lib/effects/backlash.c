@@ -46,7 +46,7 @@ const tl_effect_kind tl_effect_backlash = {
         {/* of the lost motion; 1 for what the gap says */
          [SHARE] = {"share", 0.0, 2.0, 1.0, 0, 0.0},
          [STRENGTHS + GAP] = {"gap_rad", 1e-4, 0.1, 0.004, 0, 0.0},
-         [STRENGTHS + STIFFNESS] = {"stiffness_Nm_rad", 100.0, 100000.0, 3000.0, 0, 0.0},
+         [STRENGTHS + STIFFNESS] = {"stiffness_Nm_rad", 0.1, 1e8, 3000.0, 0, 0.0},
          [STRENGTHS + DAMPING] = {"damping_s", 0.0, 2.0, DAMPING_S, TL_DEFAULT(DAMPING_S)},
          /* beyond the gap, of the dry friction */
          [STRENGTHS + FRICTION_SHARE] = {"friction_share", 0.0, 1.0, 0.0, TL_DEFAULT(0.0)},

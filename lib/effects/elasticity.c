@@ -70,7 +70,7 @@ const tl_effect_kind tl_effect_elasticity = {
          /* of a stiff spring */
          [COMPLIANCE] = {"compliance_rad_Nm", 0.0, 0.05, 0.0, TL_DEFAULT(0.0)},
          [FRICTION_COMPLIANCE] = {"friction_compliance_rad_Nm", 0.0, 0.05, 0.0, TL_FIT_ONLY(0.0)},
-         [STRENGTHS + STIFFNESS] = {"stiffness_Nm_rad", 20.0, 100000.0, 1000.0, 0, 0.0},
+         [STRENGTHS + STIFFNESS] = {"stiffness_Nm_rad", 0.1, 1e8, 1000.0, 0, 0.0},
          [STRENGTHS + DAMPING] = {"damping_s", 0.0, 2.0, 0.001, 0, 0.0},
          /* beyond the spring, of the dry friction */
          [STRENGTHS + FRICTION_SHARE] = {"friction_share", 0.0, 1.0, 0.0, TL_DEFAULT(0.0)},

@@ -30,25 +30,28 @@ class Rows:
 
 
 class Regression:
-    """The rows of one recording under one model."""
+    """The rows of one recording under one model. `window` (order, length in s) reaches across stops; `window_hz` is the
+    low-pass frequency that the windows of the motion suit, the score's where it is not given."""
 
-    def __init__(self, model, recording, window=None):
+    def __init__(self, model, recording, window=None, window_hz=None):
         recording.check_channels(model)
         self.model, self.recording, self.score = model, recording, score_of(model, recording)
         self.struct = ffi.new("tl_regression *")
         check(lib.tl_regression_init(self.struct, model.struct, recording.recorded, self.score, recording.step_s))
         for joint in range(len(model.joints)):
-            self._sense(joint, window)
+            self._sense(joint, window, window_hz)
         self._effects = ffi.new("tl_effect[]", model.effects)  # kept: the regression refers to them
         if model.effects:
             check(lib.tl_regression_set_effects(self.struct, self._effects, len(model.effects), recording.t[0]))
 
-    def _sense(self, joint, window):
+    def _sense(self, joint, window, window_hz):
+        score = ffi.new("tl_score_settings *", self.score[0])
+        score.lowpass_hz = window_hz or score.lowpass_hz
         begin, end = next(iter(self.recording.segments()))
         end = min(end, begin + SAMPLE_ROWS)
         work = numpy.empty(lib.tl_kinematics_window_workspace(end - begin))
         sensing = self.struct.sensing + joint
-        check(lib.tl_kinematics_window(self.model.struct, ffi.addressof(self.struct, "layout"), joint, self.score,
+        check(lib.tl_kinematics_window(self.model.struct, ffi.addressof(self.struct, "layout"), joint, score,
                                        self.recording.step_s, self.recording.block(begin, end), pointer(work), len(work),
                                        sensing))  # fmt: skip
         given = self.model.window

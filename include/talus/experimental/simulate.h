@@ -122,6 +122,29 @@ typedef struct tl_windows {
 /* Fills w->deviation. Errors of tl_simulation_init and tl_simulate. */
 TL_CHECK tl_status tl_simulate_windows(const tl_windows *w);
 
+/* A recorded motion driven once more: the plant under the recorded torque, and a weak loop that keeps it near the
+ * recorded motion. What comes out is a motion that obeys the model to the last bit, and is as rough as the recorded one:
+ * recorded anew by the same sensors it shows what these and the reconstruction leave where nothing is hidden. */
+typedef struct tl_replay {
+  const tl_model *model;
+  const tl_effect *effect; /* as in tl_simulation. Nullable when effects is 0. */
+  int effects;
+  double
+      loop_hz; /* of the loop, critically damped: torque for position error is (2 pi loop_hz)^2 dtorque/da */
+  double longest_step_s; /* of the integration */
+  size_t n;
+  const double *t_s; /* (n), rises strictly */
+  const double *q[TL_MAX_JOINTS], *v[TL_MAX_JOINTS],
+      *torque[TL_MAX_JOINTS]; /* recorded, (n) each; torque as tl_forward takes it */
+  /* at the same instants, (n) each: the motor's side in the joint's coordinate, the torque, and the joint beyond its
+   * transmission (equal to q_out where that is rigid) */
+  double *q_out[TL_MAX_JOINTS], *v_out[TL_MAX_JOINTS], *torque_out[TL_MAX_JOINTS], *joint_out[TL_MAX_JOINTS];
+} tl_replay;
+
+/* Fills the outputs; row 0 is the recorded state. Errors of tl_simulation_init and tl_simulate, TL_ERR_NOT_FINITE also
+ * where the motion leaves the recorded one by more than 1e6 of its unit. */
+TL_CHECK tl_status tl_simulate_replay(const tl_replay *r);
+
 /* Can the mount's modes ring at their frequencies with the leg hanging from them? Not where that takes less than the
  * leg's own inertia. */
 int tl_simulation_mount_rings(const tl_model *m, const tl_effect_mount *mount, int modes);

@@ -14,9 +14,8 @@ import talus
 from talus import constants
 
 from . import experiment, fitted, gate, picture, report, words
-from .dataset import Dataset
+from .calibration import lowpass
 from .search import search
-from .processed_recording import ProcessedRecording
 from .verdict import judge
 
 NAME = "talus-gap"
@@ -30,6 +29,9 @@ says where the gap between a model and its recordings lies, which effect causes 
       --html GAP.html          the diagnosis as a page
       --save-model FITTED.yaml the identified model, extended by the effects that were found
       --trajectory NEXT.csv    the next experiment's trajectory (default: beside GAP.json, GAP.next.csv)
+      --lowpass HZ             of rows and figures (default: the model file's score:, else the fastest at which the
+                               sensors leave the inertia alone)
+      --quick                  no replicates: faster, and probabilities are not calibrated
       --seed N                 seed of all random numbers (default 1)
   -q, --quiet                  say nothing but warnings
   -h, --help                   print this text
@@ -54,7 +56,7 @@ class Options:
 
     def __init__(self, arguments):
         self.seed, self.quiet = "1", False
-        long = ["model=", "report=", "html=", "save-model=", "trajectory=", "seed=", "quiet", "help", "version"]
+        long = ["model=", "report=", "html=", "save-model=", "trajectory=", "lowpass=", "quick", "seed=", "quiet", "help", "version"]
         try:
             pairs, self.recordings = getopt.gnu_getopt(arguments, "m:r:qh", long)
         except getopt.GetoptError as error:
@@ -72,7 +74,8 @@ class Options:
         self.seed = self.flags.get("--seed", "1")
         if not (self.seed.isascii() and self.seed.isdigit() and int(self.seed) <= LARGEST_SEED):
             raise Refused(2, f"--seed: expected a whole number from 0 to {LARGEST_SEED}, found '{self.seed}'")
-        self.quiet = "--quiet" in self.flags
+        self.quiet, self.quick = "--quiet" in self.flags, "--quick" in self.flags
+        self.lowpass_hz = self._frequency("--lowpass")
         self.trajectory = self.flags.get("--trajectory") or os.path.splitext(self.flags["--report"])[0] + ".next.csv"
         outputs = [self.flags[name] for name in ("--report", "--html", "--save-model") if name in self.flags]
         outputs.append(self.trajectory)
@@ -82,6 +85,19 @@ class Options:
         for path in outputs:
             if os.path.realpath(path) in inputs:
                 raise Refused(2, f"{path}: is an input and an output")
+
+    def _frequency(self, name):
+        """A frequency, or None where the option was not given."""
+        text = self.flags.get(name)
+        if text is None:
+            return None
+        try:
+            value = float(text)
+        except ValueError:
+            value = 0.0
+        if not 0.0 < value < float("inf"):
+            raise Refused(2, f"{name}: expected a frequency in Hz above 0, found '{text}'")
+        return value
 
 
 class Progress:
@@ -200,14 +216,19 @@ def diagnose(options, step):
     model.effects = []
     if findings and findings[0].grave:
         return report.withheld(identification, findings), tree, model
-    processed_recordings = [ProcessedRecording(given, *pair) for pair in zip(recordings, options.recordings)]
-    reason = experiment.too_poor(processed_recordings)
+    processed = lowpass.processed_at(given, recordings, options.recordings, given.score.lowpass_hz)
+    reason = experiment.too_poor(processed)
     if reason:
         return report.withheld(identification, [reason, *findings]), tree, model
-    dataset = Dataset(given, [processed for processed in processed_recordings if processed.parts], tree)
-    finished, fit = search(dataset, list(model.base.values()), step)
+    step("low-pass")
+    seed = int(options.seed)
+    looks = lowpass.Looks(given, recordings, options.recordings, tree, processed)
+    through, dataset = looks.first(options.lowpass_hz, seed)
+    finished, fit = search(dataset, list(model.base.values()), step, seed, replicated=not options.quick)
+    step("half the low-pass")
+    verdict = judge(finished, fit, None if options.quick else looks.half_of(through))
     step("maps")
-    return report.diagnosis(finished, judge(finished, fit), int(options.seed), findings), tree, model
+    return report.diagnosis(finished, verdict, seed, findings, through), tree, model
 
 
 def run(arguments):

@@ -17,6 +17,7 @@ FOLDS = 5
 PRIOR_WIDTH = 0.2  # of a base parameter: a drawing's standard deviation; more where identification moved it farther
 PRIOR_WIDTH_OF_ONE_JOINT = 20.0  # whose model may be no drawing but a first guess
 HARDLY_MOVES = 0.2  # share of the time
+CONCENTRATED = 0.2  # of what differs between periods, about one frequency: noise of any colour in the test has below 0.1
 LARGEST_RATIO = 1.15  # of noise between periods to noise between samples, where both are the same noise
 MOST_ROWS = 30000  # of one kind of channel
 MOST_STATES = 4000  # compared with each other
@@ -125,8 +126,10 @@ class Dataset:
             white = self._pooled([(noise.above_motion(self.raw(c.record, kind)), len(c.rows)) for c in mine])
             repeats = [(s, len(c.rows)) for c in mine if (s := self._repeat_sigma(c)) is not None]
             self.sigma[kind] = self._pooled(repeats or [(self._unrepeated_sigma(c, residual), len(c.rows)) for c in mine])
-            # what differs between periods more than from sample to sample is no noise of the sensor
-            ratio = self.sigma[kind] / max(white, 1e-12) if repeats else 1.0
+            # what differs between periods more than from sample to sample, at one frequency or now and then, is no noise of the
+            # sensor; over a band of frequencies it is noise with a colour
+            plain = not repeats or max(self._concentration(c) for c in mine) < CONCENTRATED
+            ratio = 1.0 if plain else self.sigma[kind] / max(white, 1e-12)
             self.irregular[kind] = max(ratio**2 - LARGEST_RATIO**2, 0.0)
             self.sigma[kind] = max(self.sigma[kind], 1e-12)
         if "E" in self.sigma:  # quantisation repeats with the motion, so repeats do not show all of it
@@ -147,13 +150,21 @@ class Dataset:
             return 0.0
         return sum(x * self.freedom(kind) for kind, x in self.irregular.items() if kind[0] == "T" and only in (None, kind))
 
+    def _concentration(self, channel):
+        processed, period_s = self.processed_recordings[channel.record], self.periods_s[channel.record]
+        return 0.0 if period_s is None else noise.concentration(processed, channel.values, self._mask(channel), period_s)
+
+    @staticmethod
+    def _mask(channel):
+        mask = np.zeros(len(channel.values), bool)
+        mask[channel.rows] = True
+        return mask
+
     def _repeat_sigma(self, channel):
         processed, period_s = self.processed_recordings[channel.record], self.periods_s[channel.record]
         if period_s is None:
             return None
-        mask = np.zeros(len(channel.values), bool)
-        mask[channel.rows] = True
-        found = noise.repeat_deviation(processed, channel.values, mask, period_s)
+        found = noise.repeat_deviation(processed, channel.values, self._mask(channel), period_s)
         return None if found is None else found / np.sqrt(self.bandwidth[channel.record])
 
     def _unrepeated_sigma(self, channel, residual):

@@ -1,5 +1,7 @@
 """The gap in the contract's figures: what each model leaves on blocks that its fit has not seen."""
 
+import math
+
 import numpy as np
 
 from .dataset import NEAR_STOP
@@ -117,8 +119,10 @@ def gap(dataset, before, after, seed):
 
 
 def effects(search, fit, before):
-    """`effects` of the report: each effect with the gap of its joint before and after it was added."""
+    """`effects` of the report: each effect with the gap of its joint before and after it was added, what it closes at every
+    joint, and how far its parameters are known."""
     dataset, out, last = search.dataset, [], before
+    errors = standard_errors(search, fit)
     for k, candidate in enumerate(fit.chosen):
         now = Residuals(search, fit.chosen[:k + 1])
         joints = dataset.model.joints
@@ -127,8 +131,51 @@ def effects(search, fit, before):
             "effect": candidate.effect,
             "joint": candidate.joint,
             "parameters": candidate.parameters(fit.strengths[k]),
+            "interval": interval(candidate, fit.strengths[k], errors[k]),
+            "closes": closes(dataset, before, last, now),
             "gap_before": torque_rms(dataset, last, joint),
             "gap_after": torque_rms(dataset, now, joint),
         })  # fmt: skip
         last = now
     return out
+
+
+def closes(dataset, before, last, now):
+    """{joint: share of its systematic gap that one more effect closes}; negative where it opens it."""
+    out = {}
+    for joint, name in enumerate(dataset.model.joints):
+        identified, old, new = (torque_rms(dataset, r, joint) for r in (before, last, now))
+        systematic = identified**2 - noise_floor(dataset, joint) ** 2
+        out[name] = float(np.clip((old**2 - new**2) / systematic, -1.0, 1.0)) if systematic > 0 else 0.0
+    return out
+
+
+def standard_errors(search, fit):
+    """Standard deviation of every strength, by the noise and by what is left beside it; one list a candidate."""
+    columns = search.columns(fit.chosen)
+    products = search.gram.products(search.gram.gathered(columns))[:-1, :-1]
+    scale = np.sqrt(np.diag(products))
+    scale[scale == 0] = 1
+    inverse = np.linalg.inv(products / np.outer(scale, scale) + 1e-10 * np.eye(len(scale)))
+    left = max((fit.excess + search.freedom) / search.freedom, 1.0)
+    every = list(np.sqrt(np.maximum(np.diag(inverse), 0.0) * left)[-len(columns):] / scale[-len(columns):]) if columns else []
+    return [[every.pop(0) for _ in candidate.columns] for candidate in fit.chosen]
+
+
+def interval(candidate, strengths, errors):
+    """{parameter: [low, high]}: 95 % by the strengths; what stands in the shape alone has been chosen, and has none."""
+    found = {}
+    for k, error in enumerate(errors):
+        for side in (-1.96, 1.96):
+            moved = list(strengths)
+            moved[k] = moved[k] + side * error
+            for name, value in candidate.parameters(moved).items():
+                found.setdefault(name, []).append(value)
+    centre = candidate.parameters(strengths)
+    return {name: _spread(centre[name], values) for name, values in found.items() if max(values) > min(values)}
+
+
+def _spread(centre, values):
+    """Independent moves of several strengths, added in squares."""
+    below, above = ([(v - centre) ** 2 for v in values if side * (v - centre) > 0] for side in (-1, 1))
+    return [float(centre - math.sqrt(sum(below))), float(centre + math.sqrt(sum(above)))]

@@ -11,6 +11,7 @@ from .catalogue.law import Column, batches, shows
 
 RIDGE = 1e-10  # of unit columns: keeps what cannot be told apart solvable, far below any noise
 TINY = 1e-12
+LARGEST = 1e9  # Nm or rad for a unit of a strength: a link that is stepped too coarsely has run away
 REWEIGHINGS = 3
 FITTED_AT_ONCE = 128
 CHUNK = 64  # columns multiplied at once
@@ -43,7 +44,9 @@ class Layout:
         """The same for some columns' values on the whole grid, `seen` of them, into rows of these numbers."""
         thinned, to = self.channel[record].thinned, self.place[record]
         for place, k in zip(places, seen):
-            rows[place, to] = values[k, thinned] * self.weight
+            one = values[k, thinned]
+            if np.abs(one).max(initial=0.0) < LARGEST:
+                rows[place, to] = one * self.weight
 
 
 class Gram:

@@ -17,6 +17,7 @@ NEAR_REPEAT_AFTER_S = 1.0  # what comes back sooner is the same motion, not anot
 NEIGHBOURS = 60
 NEAREST_SHARE = 0.25
 FEWEST_PAIRS = 30
+LINES = 3  # of a spectrum on either side of its strongest one, that belong to it
 
 
 def robust_deviation(x):
@@ -99,6 +100,19 @@ def repeat_deviation(processed, values, mask, period_s):
     # degrees of freedom of overlapping differences
     freedom = 0.59 * (periods - 2) + 0.2 if second else 0.67 * (periods - 1)
     return np.sqrt(np.median(variance) / (median_of_chi2(freedom) / freedom))
+
+
+def concentration(processed, values, mask, period_s):
+    """Share of what differs from one period to the next that lies about its strongest frequency: little for noise, whatever its
+    colour; much for a vibration, or for what happens now and then."""
+    n = round(period_s / processed.step_s)
+    both = mask[n:] & mask[:-n]
+    if both.sum() < FEWEST_REPEATED_ROWS:
+        return 0.0
+    change = np.where(both, values[n:] - values[:-n], 0.0) * np.hanning(len(both))
+    power = np.abs(np.fft.rfft(change)) ** 2
+    peak = int(np.argmax(power))
+    return float(power[max(0, peak - LINES):peak + LINES + 1].sum() / max(power.sum(), 1e-300))
 
 
 def near_repeat_deviation(states, residual, t_s):

@@ -15,11 +15,12 @@ class ProcessedRecording:
 
     MOTION = ("q", "v", "a", "slip", "speed")
 
-    def __init__(self, model, recording, name=""):
+    def __init__(self, model, recording, name="", window_hz=None):
         self.name, self.model, self.recording = name, model, recording
         self.columns, self.t_s, self.step_s = recording.columns, recording.t, recording.step_s
         self.joints = len(model.joints)
-        self.regression = talus.Regression(model, recording)
+        self.window_hz = window_hz
+        self.regression = talus.Regression(model, recording, window_hz=window_hz)
         n = len(self.t_s)
         self.q, self.v, self.a, self.slip, self.speed = (np.zeros((self.joints, n)) for _ in self.MOTION)
         self.parts = []

@@ -20,8 +20,8 @@ class Diagnosis:
         self.before, self.after, self.maps, self.maps_after = before, after, maps or {}, maps_after or {}
 
 
-def diagnosis(search, verdict, seed, findings):
-    """The diagnosis of a finished search; `findings` are those that are not grave."""
+def diagnosis(search, verdict, seed, findings, through):
+    """The diagnosis of a finished search; `findings` are those that are not grave, `through` the Lowpass."""
     dataset, fit = search.dataset, verdict.fit
     before = figures.Residuals(search, [])
     after = figures.Residuals(search, fit.chosen) if fit.chosen else before
@@ -34,6 +34,10 @@ def diagnosis(search, verdict, seed, findings):
         "schema": SCHEMA,
         "verdict": entry(*named),
         "alternatives": [entry(*p) for p in verdict.probabilities[1:]],
+        "lowpass": {"hz": through.hz, "from": through.source, "stable": verdict.stable, "inertia_bias": through.bias},
+        "selection": "blocks",
+        "calibrated": search.calibration is not None,
+        "replicates": len(search.calibration.gains) if search.calibration else 0,
         "effects": [],
         "gap": figures.gap(dataset, before, after, seed),
         "motion": motion.motion(search, fit, before, after),
@@ -51,9 +55,10 @@ def diagnosis(search, verdict, seed, findings):
     for item in listed:
         own = [p for p, effect, joint in verdict.probabilities if (effect, joint) == (item["effect"], item["joint"])]
         first = keys.index((item["effect"], item["joint"])) == 0
-        # further effects were added because held-out data asked for them: as sure as that something explains it
-        item["probability"] = own[0] if own and first else known_probability(verdict)
-    order = ("effect", "joint", "probability", "parameters", "gap_before", "gap_after")
+        # a further effect is as sure as that something explains the gap, and that its own gain is not nothing
+        further = known_probability(verdict) * (1.0 - search.further.get((item["effect"], item["joint"]), 0.0))
+        item["probability"] = own[0] if own and first else further
+    order = ("effect", "joint", "probability", "parameters", "interval", "closes", "gap_before", "gap_after")
     report["effects"] = [{name: item[name] for name in order} for item in listed]
     found = Diagnosis(report, search, fit, before, after, maps, maps_after)
     found.trajectory = proposal.text
@@ -74,6 +79,8 @@ def withheld(identification, findings):
                       "identified_rms": error["identified_rms"], "extended_rms": error["identified_rms"],
                       "noise_floor_rms": 0.0, "closed_fraction": 0.0, "reversal_rms": 0.0}  # fmt: skip
     return Diagnosis({"schema": SCHEMA, "verdict": {**entry(1.0, "unknown", "none"), "withheld": True}, "alternatives": [], "effects": [],
+                      "lowpass": {"hz": None, "from": None, "stable": None, "inertia_bias": None}, "selection": "blocks",
+                      "calibrated": False, "replicates": 0,
                       "gap": gap, "motion": {}, "where": [], "confusable": [], "not_observable": [],
                       "next_experiment": {"why": remedy(findings[0]), "trajectory": None, "needs": None, "parts": []},
                       "findings": entries(findings)})  # fmt: skip

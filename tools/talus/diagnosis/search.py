@@ -5,6 +5,7 @@ import gc
 
 import numpy as np
 
+from .calibration.gains import Replicator
 from .catalogue import sparse
 from .catalogue.candidate import joined
 from .effects import EFFECTS, candidates, torque_constant_error
@@ -19,6 +20,7 @@ TOLERATED_OF_SIGNAL = 0.007  # and of the measured torque
 DETECTION_THRESHOLD = 40.0  # chi-square
 DETECTION_THRESHOLD_PER_FREEDOM = 0.0075
 LEAST_Z = 3.0  # of the gain over blocks
+LIKELY_NOTHING = 0.5
 # an effect that few blocks show, and that explains all they have: slow ramps alone tell what happens near standstill
 ALL_OF_IT, STEPS_OF_ALL, LEAST_Z_OF_ALL = 0.9, 10.0, 2.0
 SECOND_MUST_CLOSE = 0.45  # of what the first leaves
@@ -75,6 +77,20 @@ class Search:
         self.plain = self.fit([])
         self.tolerated_of = {kind: self._tolerated(kind) for kind in dataset.kinds}
         self.tolerated = sum(self.tolerated_of.values())
+        self.floor_of, self.floor = dict(self.tolerated_of), self.tolerated  # what may be left where nothing is hidden
+        self.replicator = self.calibration = None
+        self.further = {}  # (effect, joint) of each further effect: probability that it is nothing
+
+    def calibrate(self, replicator):
+        """What reconstruction leaves is as much as it leaves in replicates, where that is more."""
+        self.replicator, self.calibration = replicator, replicator.beside(self, self.plain)
+        for kind, excess in (self.calibration.excess if self.calibration else {}).items():
+            self.floor_of[kind] = max(self.floor_of[kind], excess)
+        self.floor = sum(self.floor_of.values())
+
+    def nothing(self, before, after):
+        """Probability that what a step from one fit to another gains is nothing; 0 where there are no replicates."""
+        return self.calibration.nothing_of(before, after) if self.calibration else 0.0
 
     def _tolerated(self, kind):
         """Excess that reconstruction itself may leave in one kind of channel."""
@@ -210,7 +226,7 @@ class Search:
         shares, own = [], self.dataset.kinds_at(added.joint)
         for kinds in (self.dataset.kinds, own, [kind for kind in own if kind[0] == "T"]):
             before, after = (sum(x[kind].sum() for kind in kinds) for x in (old, new))
-            still_open = before - sum(self.dataset.freedom(k) + self.tolerated_of[k] for k in kinds)
+            still_open = before - sum(self.dataset.freedom(k) + self.floor_of[k] for k in kinds)
             shares.append((before - after) / still_open if still_open > 0 else 0.0)
         return max(shares)
 
@@ -221,7 +237,7 @@ class Search:
         all_of_it = closed > ALL_OF_IT and tempered > STEPS_OF_ALL * self.detection_threshold
         least_z = LEAST_Z if self.dataset.joints > 1 else SINGLE_JOINT_LEAST_Z
         enough = tempered > steps * self.detection_threshold and z > (min(least_z, LEAST_Z_OF_ALL) if all_of_it else least_z)
-        return bool(enough and (share == 0 or closed > share))
+        return bool(enough and (share == 0 or closed > share) and self.nothing(before, after) < LIKELY_NOTHING)
 
     def is_worth_adding(self, before, after, share):
         """Is a further effect, the last of `after`, more than what another form of the effect at its joint would do?"""
@@ -231,6 +247,14 @@ class Search:
         left = (before.excess - self.tolerated) / max(self.plain.excess - self.tolerated, 1e-9)
         near = left < LEFT_BY_A_FORM and (added.joint in joints or "base" in joints | {added.joint})
         return self.significant(before, after, SAME_JOINT_MUST_CLOSE if near else share, STEPS_OF_A_FURTHER)
+
+    def is_nothing(self, before, after):
+        """Is what a further effect gains likely nothing, by replicates that have the effects before it?"""
+        calibration = self.replicator and self.calibration and self.replicator.beside(self, before)
+        probability = calibration.nothing_of(before, after) if calibration else self.nothing(before, after)
+        there = {c.key for c in before.chosen}
+        self.further |= {c.key: probability for c in after.chosen if c.key not in there}
+        return probability > LIKELY_NOTHING
 
     def extended(self, singles):
         """One to three effects, from the ranking of single ones."""
@@ -243,10 +267,10 @@ class Search:
         second = self.all_refined(self.reshaped(min(following, key=lambda fit: fit.excess)))
         led = [self.all_refined(self.reshaped(fit)) for fit in self.led_to(best.chosen, second.excess)]
         second = min([second, *led], key=lambda fit: fit.excess)
-        if not self.is_worth_adding(best, second, SECOND_MUST_CLOSE):
+        if not self.is_worth_adding(best, second, SECOND_MUST_CLOSE) or self.is_nothing(best, second):
             return best
         if self._worth_more(second) and (third := self.scan(second.chosen)):
-            if self.is_worth_adding(second, third[0], THIRD_MUST_CLOSE):
+            if self.is_worth_adding(second, third[0], THIRD_MUST_CLOSE) and not self.is_nothing(second, third[0]):
                 return self.ordered(self.all_refined(third[0]))
         return self.ordered(second)
 
@@ -255,7 +279,7 @@ class Search:
         plain, now = (self.gram.held_out_blocks(self.columns(x.chosen)) for x in (self.plain, fit))
         enough = CLOSED_ENOUGH if self.dataset.joints > 1 else SINGLE_JOINT_CLOSED_ENOUGH
         for kind in self.dataset.kinds:
-            known = self.dataset.freedom(kind) + self.tolerated_of[kind]
+            known = self.dataset.freedom(kind) + self.floor_of[kind]
             if now[kind].sum() - known > max(enough * (plain[kind].sum() - known), DETECTION_THRESHOLD):
                 return True
         return False
@@ -281,8 +305,9 @@ def plain_base(dataset):
     return Gram(dataset, [None] * len(dataset.processed_recordings), []).fold_strengths([])[-1][:dataset.bases]
 
 
-def search(dataset, base, step=lambda text: None):
-    """(search, fit): the search at the parameters that suit the best effect, and the effects chosen."""
+def search(dataset, base, step=lambda text: None, seed=1, replicated=True):
+    """(search, fit): the search at the parameters that suit the best effect, and the effects chosen. `replicated`: against
+    replicates of these recordings without any effect."""
     step("candidates")
     first = Search(dataset, base, sparse if dataset.at_motor else list)
     step("single effects")
@@ -307,8 +332,10 @@ def search(dataset, base, step=lambda text: None):
     gc.collect()  # candidates hold their torque terms in circles
     step("candidates, once more")
     second = Search(dataset, again, wanted, excess)
+    if replicated:
+        second.calibrate(Replicator(sparse if dataset.at_motor else list, seed, step))
     step("combinations")
-    singles = second.singles()
+    singles = [fit for fit in second.singles() if second.nothing(second.plain, fit) < LIKELY_NOTHING]
     if not singles or not second.significant(second.plain, singles[0], 0.0):
         return second, second.plain
     return second, second.extended(singles)

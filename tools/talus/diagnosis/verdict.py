@@ -6,11 +6,13 @@ import numpy as np
 
 from .effects import EFFECTS
 from .search import COLUMN_PRICE, STEPS_WITHIN_TOLERANCE
+from .calibration.stability import survives
 
 UNKNOWN_SHARE = 0.30  # of the excess: left open, and the cause counts as unknown with probability one half
 UNKNOWN_SHARE_OF_ONE_LAW = 0.03  # of an effect that stands alone and has no other form
 UNKNOWN_SHARE_OF_ONE_JOINT = 0.65  # one joint alone is a machine's, and those leave more than twins
 LEFT_OF_ONE_JOINT = 0.82  # of its whole error, noise and all: what takes less away is one of many small causes, not the cause
+MOST_OF_RECONSTRUCTION = 0.9  # of what is left: the model errs a little in any case
 LEFT_WIDTH = 0.03  # of the logarithm
 NOTHING_FACTOR = 2.5  # of the tolerated excess: without any effect, none and unknown are equally likely
 LOGIT_WIDTH = 0.35  # of the logarithm
@@ -26,6 +28,7 @@ HOPELESS = 60.0  # twice the logarithm of the odds: a rival that has so much aga
 LEAST_PART_OF_ALL = 0.25  # of the excess, closed at one joint, for a verdict on that joint alone
 STEPS_WIDTH = 0.5
 MOST_OPEN_OF_A_PART = 0.5  # beside `unknown`: an effect that closes less is no part of the gap, but its imitation
+UNSTABLE_AT_MOST = 0.45  # of an effect that half the low-pass does not show
 LEAST_PROBABILITY = 1e-4  # below it an alternative is not worth a line
 CONFUSABLE_ABOVE = 0.05
 
@@ -38,6 +41,19 @@ class Verdict:
         total = sum(p[0] for p in kept)
         self.probabilities = [(p / total, effect, joint) for p, effect, joint in kept]
         self.fit, self.open_share = fit, open_share
+        self.stable = None  # does it survive half the low-pass? None where nothing is named, or that was not tried
+
+    def doubted(self):
+        """The same where the named effect does not survive another low-pass: no more likely than not, and still the first."""
+        self.stable = False
+        first, effect, joint = self.probabilities[0]
+        rival = max((p for p, e, _ in self.probabilities[1:] if e != "unknown"), default=0.0)
+        over = max(first - max(UNSTABLE_AT_MOST, rival), 0.0)
+        rest = [(p + (over if e == "unknown" else 0.0), e, j) for p, e, j in self.probabilities[1:]]
+        if over and not any(e == "unknown" for _, e, _ in rest):
+            rest.append((over, "unknown", "none"))
+        self.probabilities = sorted([(first - over, effect, joint), *rest], key=lambda p: -p[0])
+        return self
 
     @property
     def effect(self):
@@ -60,10 +76,35 @@ def logistic(x):
     return 1.0 / (1.0 + math.exp(-x))
 
 
+def nothing_there(search, fit):
+    """Probability that the chosen effects are none: by replicates, else by what reconstruction usually leaves."""
+    if search.calibration:
+        return search.nothing(search.plain, search.fit(fit.chosen[:1]))
+    return too_little(search, fit) if search.plain.excess + search.dataset.irregular_excess() < search.tolerated else 0.0
+
+
 def too_little(search, fit):
     """Probability that what was gained within the tolerance is no effect."""
     gain = (search.plain.excess - fit.excess) / search.detection_threshold
     return logistic((STEPS_WITHIN_TOLERANCE - gain) / STEPS_WIDTH)
+
+
+def remaining(search, before):
+    """Probability that there is a gap, where no effect is found: by its size, and by what the best effect gains of it."""
+    by_size = logistic((math.log(max(before, 1.0) / search.floor) - math.log(NOTHING_FACTOR)) / LOGIT_WIDTH)
+    return max(by_size, 1.0 - search.calibration.nothing_at_all() if search.calibration else 0.0)
+
+
+def no_effect(probability, gap_remains):
+    """`none` and `unknown`, of the probability that no effect of the catalogue shows."""
+    return [(probability * (1 - gap_remains), "none", "none"), (probability * gap_remains, "unknown", "none")]
+
+
+def without_cause(search, nothing, unknown, gap_remains):
+    """`none` and `unknown` beside chosen effects. What an effect leaves open is no gap where replicates leave as much."""
+    if search.calibration:
+        return no_effect(nothing + (1 - nothing) * unknown, gap_remains)
+    return [(nothing, "none", "none"), ((1 - nothing) * unknown, "unknown", "none")]
 
 
 def most_open(search, fit):
@@ -78,14 +119,14 @@ def still_open(search, fit, most):
     """Share of the systematic excess that is left: of all channels, or of those at the joint of the first
     effect, where it closes much of the whole. What nothing explains at another joint does not make it less sure."""
     dataset = search.dataset
-    left = max(fit.excess + dataset.irregular_excess() - search.tolerated, 0)
-    whole = search.plain.excess + dataset.irregular_excess() - search.tolerated
+    left = max(fit.excess + dataset.irregular_excess() - search.floor, 0)
+    whole = search.plain.excess + dataset.irregular_excess() - search.floor
     share = left / max(whole, 1.0) if whole > 0 else 0.0
     own = dataset.kinds_at(fit.chosen[0].joint)
     if own == dataset.kinds or share < most:
         return share
     old, new = (search.gram.held_out_blocks(search.columns(chosen)) for chosen in ([], fit.chosen))
-    known = sum(dataset.freedom(k) + search.tolerated_of[k] - dataset.irregular_excess(k) for k in own)
+    known = sum(dataset.freedom(k) + search.floor_of[k] - dataset.irregular_excess(k) for k in own)
     before, after = (max(sum(x[k].sum() for k in own) - known, 0.0) for x in (old, new))
     if before - after < LEAST_PART_OF_ALL * whole or after / before > share:
         return share
@@ -94,10 +135,14 @@ def still_open(search, fit, most):
 
 def left_of_the_whole(search, fit):
     """Probability by what is left of the whole error: a machine's model errs a little for many reasons at once, and some
-    effect takes up a part of them. Twins have the one gap that they were given."""
+    effect takes up a part of them. Twins have the one gap that they were given. What reconstruction leaves is no error of the
+    model's."""
     if search.dataset.joints > 1:
         return 0.0
-    left = 0.5 * math.log((fit.excess + search.freedom) / (search.plain.excess + search.freedom))
+    after, before = (one.excess + search.freedom for one in (fit, search.plain))
+    known = search.calibration.reconstruction if search.calibration else 0.0
+    known = min(known, MOST_OF_RECONSTRUCTION * after)
+    left = 0.5 * math.log((after - known) / (before - known))
     return logistic((left - math.log(LEFT_OF_ONE_JOINT)) / LEFT_WIDTH)
 
 
@@ -154,13 +199,22 @@ def rivals(search, fit):
     return [mine, *search.nearest_refined(found, len(mine.chosen) - 1, fit.excess)]
 
 
-def judge(search, fit):
-    """The verdict on a search's outcome, and the fit with the named effect in front."""
-    tolerated, irregular = search.tolerated, search.dataset.irregular_excess()
-    before = search.plain.excess + irregular
+def judge(search, fit, half=None):
+    """The verdict on a search's outcome, and the fit with the named effect in front. `half` makes the dataset through half the
+    low-pass, at which a named effect must show as well."""
+    verdict = first_judgement(search, fit)
+    if half and verdict.effect not in ("none", "unknown"):
+        verdict.stable = survives(search, verdict.fit, verdict.rivals, half())
+        return verdict if verdict.stable else verdict.doubted()
+    return verdict
+
+
+def first_judgement(search, fit):
+    """The same at the low-pass of the search."""
+    before = search.plain.excess + search.dataset.irregular_excess()
+    gap_remains = remaining(search, before)
     if not fit.chosen:
-        unknown = logistic((math.log(max(before, 1.0) / tolerated) - math.log(NOTHING_FACTOR)) / LOGIT_WIDTH)
-        return Verdict([(unknown, "unknown", "none"), (1 - unknown, "none", "none")], fit, 1.0 if unknown > 0.5 else 0.0)
+        return Verdict(no_effect(1.0, gap_remains), fit, 1.0 if gap_remains > 0.5 else 0.0)
     most = most_open(search, fit)
     open_share = still_open(search, fit, most)
     unknown = logistic((math.log(max(open_share, 1e-4)) - math.log(most)) / LOGIT_WIDTH)
@@ -169,10 +223,11 @@ def judge(search, fit):
     odds, others = Odds(search, fit), rivals(search, fit)
     weight = [other.chosen[-1].weight(other.strengths[-1]) * odds.of(other) for other in others]
     total = float(np.sum(weight))
-    nothing = too_little(search, fit) if before < tolerated else 0.0
+    nothing = nothing_there(search, fit)
     probabilities = [(w / total * (1 - unknown) * (1 - nothing), *o.chosen[-1].key) for w, o in zip(weight, others)]
-    no_cause = [(unknown * (1 - nothing), "unknown", "none"), (nothing, "none", "none")]
+    no_cause = without_cause(search, nothing, unknown, gap_remains)
     verdict = Verdict([*probabilities, *no_cause], fit, open_share)
+    verdict.rivals = others
     imitates = open_share > MOST_OPEN_OF_A_PART or little > 0.5
     if verdict.effect == "none" or (verdict.effect == "unknown" and imitates):
         verdict.fit = search.plain

@@ -1,7 +1,14 @@
 """A joint that a spring or a gap parts from its motor: where one can be told, and the library's shapes of it."""
 
+import math
+
 MOST_STEPS, LARGEST_STEP = 60, 1.0  # of a link for one sample; and beyond so many rad a stepped oscillation grows
 STIFFNESSES_NM_RAD = (200, 400, 800, 1500, 3000, 6000, 12000)
+SOFTEST_NM_RAD, STIFFEST_NM_RAD = 100.0, 30000.0
+# of a single joint or axis, which may be of any size: at which its own inertia swings on the spring
+FREQUENCIES_HZ, TEETH_HZ = (4.0, 7.0, 12.0, 20.0, 33.0, 55.0), 55.0
+SOFTEST_HZ, STIFFEST_HZ = 2.0, 120.0
+SOFTEST, STIFFEST = 0.1, 1e8
 MOTOR_SHARE = 0.15  # of the joint's own inertia that turns with its motor: a knee's rotor through its ratio
 KNEE_MOTOR_SHARES = (0.15, 0.4)
 
@@ -11,12 +18,25 @@ def motor_shares(at):
     return KNEE_MOTOR_SHARES if at.dataset.at_motor and at.number == 0 else (MOTOR_SHARE,)
 
 
+def stiffness_at(at, frequency_Hz):
+    """Of a spring on which the joint's inertia swings at a frequency [Nm/rad, N/m], within what a model file takes."""
+    stiffness = (2 * math.pi * frequency_Hz / at.all_terms[0].link_rad_s(at.number, 0.0, 1.0)) ** 2
+    return min(max(stiffness, SOFTEST), STIFFEST)
+
+
+def stiffnesses(at):
+    """The grid's, and the limits between which they are moved."""
+    if at.dataset.at_motor:
+        return STIFFNESSES_NM_RAD, (SOFTEST_NM_RAD, STIFFEST_NM_RAD)
+    return tuple(stiffness_at(at, f) for f in FREQUENCIES_HZ), (stiffness_at(at, SOFTEST_HZ), stiffness_at(at, STIFFEST_HZ))
+
+
 def is_out_of_sight(at):
     """Where no link behind the motor can be told: without an angle, or with the load measured before the link; or so
     light a link that its oscillation cannot be stepped."""
     if at.dataset.velocity_only or at.dataset.load_sensor:
         return True
-    fastest = at.all_terms[0].link_rad_s(at.number, 0.0, max(STIFFNESSES_NM_RAD))
+    fastest = at.all_terms[0].link_rad_s(at.number, 0.0, max(stiffnesses(at)[0]))
     return not all(terms.step_s * fastest < MOST_STEPS * LARGEST_STEP for terms in at.all_terms)
 
 

@@ -94,7 +94,8 @@ def _some(shapes, kind, terms):
 
 def shows(values):
     """Is a column other than 0? By its squares, which is faster than to ask each."""
-    return values @ values != 0
+    with np.errstate(over="ignore", invalid="ignore"):  # of a link that has run away
+        return values @ values != 0
 
 
 # ---- laws of the instant ---------------------------------------------------------------

@@ -1,7 +1,7 @@
 """Lost motion between motor and joint."""
 
 from ..catalogue.candidate import Family
-from ..catalogue.flexible_joint import is_out_of_sight, link_shapes, motor_shares, sides_in_words
+from ..catalogue.flexible_joint import TEETH_HZ, is_out_of_sight, link_shapes, motor_shares, sides_in_words, stiffness_at
 from .entry import Effect
 
 GAPS_RAD = (0.0007, 0.0015, 0.003, 0.005, 0.008, 0.012)
@@ -19,6 +19,7 @@ def candidates(at):
     if is_out_of_sight(at):
         return
 
+    teeth = TEETH_NM_RAD if at.dataset.at_motor else stiffness_at(at, TEETH_HZ)
     least = LEAST_GAP_RAD if at.dataset.at_motor else 0.0
     begin_low = (BEGIN_SHARE,) if at.dataset.at_motor and at.number == 0 else None  # no encoder tells its gap
 
@@ -26,7 +27,7 @@ def candidates(at):
         shapes = link_shapes(at, stiffness, dry, viscous, motor, damping, gap_rad=gap, drag_Nm=drag * at.coulomb_Nm)
         figures = lambda x: {"gap_rad": float(x[0]) * gap, "stiffness_Nm_rad": stiffness}
         family = Family(lost, (gap, stiffness, dry, viscous, motor, damping, drag), (1.7, 3.0, 0.3, 0.3, 0.2, 1.7, 0.06),
-                        (max(2e-4, least), 500.0, 0.0, 0.0, 0.02, 0.05, 0.0), (0.03, 50000.0, 1.0, 1.0, 0.7, 1.0, 0.3),
+                        (max(2e-4, least), 0.1 * teeth, 0.0, 0.0, 0.02, 0.05, 0.0), (0.03, 10 * teeth, 1.0, 1.0, 0.7, 1.0, 0.3),
                         BOTH_FRICTIONS, rough=True)  # fmt: skip
         return at.of_law("backlash", f"{1e3 * gap:.2g} mrad, {stiffness:g} Nm/rad{sides_in_words(dry, viscous, motor)}", [{"share": 1.0}],
                          shapes, parameters=figures, low=(max(0.4, least / gap),), high=(1.8,), family=family,
@@ -36,7 +37,7 @@ def candidates(at):
     for motor in motor_shares(at):
         for gap in GAPS_RAD:
             for dry, viscous in GAP_FRICTION:
-                yield lost(gap, TEETH_NM_RAD, float(dry), float(viscous), motor, damping)
+                yield lost(gap, teeth, float(dry), float(viscous), motor, damping)
 
 
 EFFECT = Effect(

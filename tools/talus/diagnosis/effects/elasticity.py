@@ -3,7 +3,7 @@
 import numpy as np
 
 from ..catalogue.candidate import Family, named
-from ..catalogue.flexible_joint import STIFFNESSES_NM_RAD, is_out_of_sight, link_shapes, motor_shares, sides_in_words
+from ..catalogue.flexible_joint import is_out_of_sight, link_shapes, motor_shares, sides_in_words, stiffnesses
 from .entry import Effect
 
 # of dry and of viscous friction on the link's side: a motor's bearings and its seal are viscous on their own
@@ -27,6 +27,7 @@ def candidates(at):
     if is_out_of_sight(at):
         return
     j = at.number
+    grid, (softest, stiffest) = stiffnesses(at)
     begin_low = (STIFFER_SHARE,) if at.dataset.at_motor else None
 
     def soft(stiffness, dry, viscous, motor, damping=SPRING_DAMPING_RATIO, share=1.0, begin=SOFT_RAD, harder=0.0):
@@ -37,17 +38,17 @@ def candidates(at):
         bent |= {"hardening_Nm_rad3": hardening} if harder else {}
         figures = lambda x: {"compliance_rad_Nm": float(x[0]) / stiffness, **bent}
         family = Family(soft, (stiffness, dry, viscous, motor, damping, share, begin, harder),
-                        (2.0, 0.3, 0.3, 0.2, 1.7, 0.5, 2.0, 0.4), (100.0, 0.0, 0.0, 0.02, 0.02, 0.1, 2e-4, 0.0),
-                        (30000.0, 1.0, 1.0, 0.7, 1.0, 1.0, 0.02, 4.0), SOFTER,
+                        (2.0, 0.3, 0.3, 0.2, 1.7, 0.5, 2.0, 0.4), (softest, 0.0, 0.0, 0.02, 0.02, 0.1, 2e-4, 0.0),
+                        (stiffest, 1.0, 1.0, 0.7, 1.0, 1.0, 0.02, 4.0), SOFTER,
                         start="cube" if harder else "soft" if share < 1.0 else "")  # fmt: skip
         return at.of_law("elasticity", f"{stiffness:g} Nm/rad{sides_in_words(dry, viscous, motor)}", [{"share": 1.0}], shapes,
                          parameters=figures, low=(0.5,), high=(1.8,), family=family, begin_low=begin_low)  # fmt: skip
 
     fastest = FASTEST_SWING / max(terms.step_s for terms in at.all_terms)
-    stiffnesses = [k for k in STIFFNESSES_NM_RAD if at.all_terms[0].link_rad_s(j, 0.0, k) <= fastest]
+    slow = [k for k in grid if at.all_terms[0].link_rad_s(j, 0.0, k) <= fastest]
     for motor in motor_shares(at):
         for dry, viscous in SPRING_FRICTION:
-            for stiffness in stiffnesses or STIFFNESSES_NM_RAD[:1]:
+            for stiffness in slow or grid[:1]:
                 yield soft(float(stiffness), float(dry), float(viscous), motor)
 
     if at.dataset.at_motor and j == 0:
@@ -56,11 +57,11 @@ def candidates(at):
     # stiff: twist = load over stiffness, by the link's torque and, apart, by friction; the soft form takes no part
     shapes = {"stiffness_Nm_rad": 1000.0, "damping_s": 0.001}
     names = ("compliance_rad_Nm", "friction_compliance_rad_Nm")
-    stiffest = 1 / STIFFEST_NM_RAD if at.dataset.at_motor else 0.0
+    least = 1 / STIFFEST_NM_RAD if at.dataset.at_motor else 0.0
     for form, count in (("stiff", 1), ("stiff, friction apart", 2)):
         own = names[:count]
         yield at.of_law("elasticity", form, [{name: 1.0} for name in own], shapes, parameters=named(*own),
-                        low=(stiffest, 0.0)[:count], high=(0.01,) * count)  # fmt: skip
+                        low=(least, 0.0)[:count], high=(0.01,) * count)  # fmt: skip
 
 
 def _bent(at, soft):

@@ -1,0 +1,107 @@
+/* simulate_replay.c: a recorded motion driven once more under a model; see talus/experimental/simulate.h. */
+#include <math.h>
+
+#include "talus/experimental/simulate.h"
+
+#define TWO_PI 6.283185307179586
+#define FARTHEST 1e6 /* rad or m: beyond it the loop has not held the plant */
+
+/* what drives the plant between two rows */
+typedef struct drive_between {
+  const tl_replay *replay;
+  size_t row;
+  double gain[TL_MAX_JOINTS]; /* d torque / d acceleration at the row */
+} drive_between;
+
+/* straight between two rows */
+static double between(const double *x, size_t row, double share) {
+  return x[row] + share * (x[row + 1] - x[row]);
+}
+
+static void driven(const void *context, double t_s, const tl_motion *motion, double torque[TL_MAX_JOINTS]) {
+  const drive_between *d = (const drive_between *)context;
+  const tl_replay *r = d->replay;
+  double share = (t_s - (r->t_s[d->row] - r->t_s[0])) / (r->t_s[d->row + 1] - r->t_s[d->row]);
+  double w = TWO_PI * r->loop_hz;
+  int j;
+
+  for (j = 0; j < TL_MAX_JOINTS; j++) {
+    torque[j] = 0.0;
+    if (!r->q[j]) continue;
+    torque[j] = between(r->torque[j], d->row, share) +
+                d->gain[j] * (w * w * (between(r->q[j], d->row, share) - motion->q[j]) +
+                              2.0 * w * (between(r->v[j], d->row, share) - motion->v[j]));
+  }
+}
+
+/* d torque / d acceleration of each joint where the plant stands: the inverse dynamics are linear in it */
+static void gains(const tl_model *m, const tl_motion *at, int joints, double gain[TL_MAX_JOINTS]) {
+  double still[TL_MAX_JOINTS], moved[TL_MAX_JOINTS];
+  int j, k;
+
+  for (j = 0; j < joints; j++) {
+    tl_motion now = *at;
+    for (k = 0; k < joints; k++) now.a[k] = 0.0;
+    tl_inverse(m, &now, still);
+    now.a[j] = 1.0;
+    tl_inverse(m, &now, moved);
+    gain[j] = moved[j] - still[j];
+  }
+}
+
+/* writes where the plant stands to a row; 0 where it has left the recorded motion altogether */
+static int shown(const tl_replay *r, const tl_simulation *s, const drive_between *d, size_t row, int joints) {
+  double torque[TL_MAX_JOINTS];
+  tl_motion seen;
+  int j;
+
+  tl_simulation_joints(r->model, s, &seen);
+  driven(d, r->t_s[row] - r->t_s[0], &s->motion, torque);
+  for (j = 0; j < joints; j++) {
+    r->q_out[j][row] = s->motion.q[j];
+    r->v_out[j][row] = s->motion.v[j];
+    r->joint_out[j][row] = seen.q[j];
+    r->torque_out[j][row] = torque[j];
+    if (!(fabs(s->motion.q[j] - r->q[j][row]) < FARTHEST)) return 0;
+  }
+  return 1;
+}
+
+static tl_status begin(const tl_replay *r, tl_simulation *s, int joints) {
+  double q[TL_MAX_JOINTS] = {0.0, 0.0}, v[TL_MAX_JOINTS] = {0.0, 0.0};
+  tl_status status;
+  int j;
+
+  for (j = 0; j < joints; j++) {
+    q[j] = r->q[j][0];
+    v[j] = r->v[j][0];
+  }
+  status = tl_simulation_init(s, r->model, q, v);
+  s->effect = r->effect;
+  s->effects = r->effects;
+  return status;
+}
+
+tl_status tl_simulate_replay(const tl_replay *r) {
+  tl_simulation s;
+  drive_between d = {r, 0, {0.0, 0.0}};
+  tl_status status;
+  size_t row;
+  int joints;
+
+  if (!r || !r->model || r->n < 2 || !(r->longest_step_s > 0.0) || !(r->loop_hz >= 0.0))
+    return TL_ERR_ARGUMENT;
+  joints = tl_joint_count(r->model);
+  status = begin(r, &s, joints);
+  if (status != TL_OK) return status;
+  gains(r->model, &s.motion, joints, d.gain);
+  if (!shown(r, &s, &d, 0, joints)) return TL_ERR_NOT_FINITE;
+  for (row = 1; row < r->n; row++) {
+    status = tl_simulate(r->model, driven, &d, r->longest_step_s, &s, r->t_s[row] - r->t_s[0]);
+    if (status != TL_OK) return status;
+    if (!shown(r, &s, &d, row, joints)) return TL_ERR_NOT_FINITE;
+    d.row = row;
+    gains(r->model, &s.motion, joints, d.gain);
+  }
+  return TL_OK;
+}

@@ -1,0 +1,175 @@
+"""Does talus-gap's calibration by null replicates keep what it promises? Against SciPy, closed forms, and benches that hide nothing."""
+
+import json
+import math
+
+import numpy as np
+import pytest
+from gap_in_process import recorded
+from scipy.integrate import solve_ivp
+from scipy.stats import norm
+from support import REPOSITORY, run
+
+import talus
+from talus.diagnosis.calibration import gains, lowpass
+from talus.diagnosis.calibration.gains import Calibration
+from talus.diagnosis.calibration.replicates import Source, driven
+from talus.diagnosis.search import plain_base
+from talus.diagnosis.torque_terms import TorqueTerms
+
+LOOP_HZ = 3.0
+PENDULUM, LEG = REPOSITORY / "models/pendulum.yaml", REPOSITORY / "models/leg.yaml"
+KEY = ("stribeck", "joint")
+
+
+def bench(folder, model, *options):
+    path = folder / "bench.csv"
+    run("talus-sim", "--model", model, "--out", path, *options)
+    return path
+
+
+def diagnosed(folder, model, path, *options):
+    report = folder / "gap.json"
+    run("talus-gap", "--quiet", "--model", model, "--report", report, *options, path)
+    return json.loads(report.read_text())
+
+
+# ---- the statistic ---------------------------------------------------------------------
+
+
+def test_the_probability_is_the_formula_of_the_docs():
+    nulls, own = [12.0, 30.0, 18.0], 400.0
+    logs = np.log(np.array(nulls) + gains.FLOOR)
+    width = math.sqrt(np.var(logs, ddof=1) * (1 + 1 / 3) + gains.MISFIT**2)
+    z = (math.log(own + gains.FLOOR) - logs.mean()) / width
+    null, other = norm.pdf(z) / width, norm.cdf(z) / gains.RANGE
+    found = Calibration({KEY: own}, [{KEY: x} for x in nulls], {"T0": 0.0}, 0.0)
+    assert found.nothing(KEY, own) == pytest.approx(null / (null + other), rel=1e-9)
+    assert found.nothing_at_all() == pytest.approx(null / (null + other), rel=1e-9)
+
+
+def test_where_nothing_is_hidden_an_effect_is_seldom_likely():
+    """2,000 toy recordings: gains of nulls and of the recording itself from one lognormal distribution, as wide as any bench here
+    showed."""
+    random, wrong, claimed = np.random.default_rng(3), 0, []
+    for _ in range(2000):
+        draws = np.exp(random.normal(4.0, 0.3, 10))
+        own = float(draws[0] * np.exp(random.normal(0.0, gains.MISFIT)))
+        found = Calibration({KEY: own}, [{KEY: float(x)} for x in draws[1:]], {"T0": 0.0}, 0.0)
+        claimed.append(found.nothing(KEY, own))
+        wrong += claimed[-1] < 0.5
+    assert wrong < 0.06 * 2000  # one side of a normal distribution beyond 1.6 widths
+    assert np.mean(np.array(claimed) < 0.1) < 0.006  # beyond 2.6
+
+
+def test_an_effect_well_above_its_nulls_is_kept_whatever_others_gain():
+    nulls = [{KEY: 10.0, ("elasticity", "joint"): 1500.0}, {KEY: 4.0, ("elasticity", "joint"): 700.0}]
+    found = Calibration({KEY: 1400.0, ("elasticity", "joint"): 900.0}, nulls, {"T0": 0.0}, 0.0)
+    assert found.nothing(KEY, 1400.0) < 0.01 and found.nothing(("elasticity", "joint"), 900.0) > 0.9
+    assert found.nothing_at_all() < 0.01 or found.nothing_at_all() > 0.5  # by the largest: 1,400 is what elasticity gains anyhow
+
+
+# ---- replicates ------------------------------------------------------------------------
+
+
+def test_a_replicate_moves_as_the_equations_say(tmp_path):
+    """The pendulum under the recorded torque and the loop, by SciPy's integrator."""
+    model = tmp_path / "smooth.yaml"  # without dry friction the equations are smooth
+    model.write_text(PENDULUM.read_text().replace("coulomb_Nm: 0.25", "coulomb_Nm: 0"))
+    path = bench(tmp_path, model, "--duration", "12", "--seed", "4")
+    dataset, identified = recorded(model, tmp_path, path)
+    base = np.array(list(identified.base.values()))
+    terms = TorqueTerms(dataset, 0, base)
+    motion, processed, m = driven(dataset, 0, terms), dataset.processed_recordings[0], terms.model
+    t, w = processed.t_s, 2 * np.pi * LOOP_HZ
+    inertia, p = m.inverse(0.0, 0.0, 1.0)[0] - m.inverse(0.0, 0.0, 0.0)[0], m.parameters
+    effort = dataset.effort(0, 0)
+
+    def rate(now, x):
+        reference, speed = np.interp(now, t, processed.q[0]), np.interp(now, t, processed.v[0])
+        torque = np.interp(now, t, effort) + inertia * (w * w * (reference - x[0]) + 2 * w * (speed - x[1]))
+        gravity = 9.81 * p["gravity_moment_kg_m"] * np.sin(x[0] - p["gravity_zero_rad"])
+        return [x[1], (torque - p["torque_offset_Nm"] - gravity - max(p["viscous_Nms_rad"], 0.0) * x[1]) / inertia]
+
+    until = slice(0, 500)
+    exact = solve_ivp(rate, (t[0], t[499]), [processed.q[0][0], processed.v[0][0]], t_eval=t[until], rtol=1e-9, atol=1e-11,
+                      max_step=0.004)  # fmt: skip
+    assert np.abs(exact.y[0] - motion.q[0][until]).max() < 2e-4 * np.ptp(motion.q[0])
+
+
+def test_replicates_show_the_sensors_steps_and_differ(tmp_path):
+    path = bench(tmp_path, PENDULUM, "--duration", "12", "--encoder-bits", "14")
+    dataset, _ = recorded(PENDULUM, tmp_path, path)
+    source = Source.of(dataset, plain_base(dataset))
+    first, again, second = (source.replicate(1, number) for number in (0, 0, 1))
+    angles = [one.processed_recordings[0].columns["joint_rad"] for one in (first, again, second)]
+    assert np.array_equal(angles[0], angles[1]) and not np.array_equal(angles[0], angles[2])
+    step = source.sensors[0].step["joint_rad"]
+    assert step == pytest.approx(2 * math.pi / 2**14, rel=0.01)
+    steps = np.diff(angles[0]) / step
+    assert np.abs(steps - np.round(steps)).max() < 1e-6
+    assert first.sigma == dataset.sigma
+
+
+# ---- the low-pass ----------------------------------------------------------------------
+
+
+def test_coarse_encoders_get_a_slower_low_pass_and_fine_ones_do_not(tmp_path):
+    """14 bits at 250 samples a second pull the inertia down by several percent at 30 Hz; 20 bits leave it alone."""
+    fine = diagnosed(tmp_path, PENDULUM, bench(tmp_path, PENDULUM, "--duration", "40", "--encoder-bits", "20"), "--quick")
+    coarse = diagnosed(tmp_path, PENDULUM, bench(tmp_path, PENDULUM, "--duration", "40", "--encoder-bits", "13"), "--quick")
+    assert fine["lowpass"]["hz"] == 30.0 and abs(fine["lowpass"]["inertia_bias"]) < lowpass.LEAVES_ALONE
+    assert coarse["lowpass"]["hz"] < 30.0 and coarse["lowpass"]["from"] == "data"
+
+
+def test_the_low_pass_is_the_options_or_the_models(tmp_path):
+    path = bench(tmp_path, PENDULUM, "--duration", "20")
+    assert diagnosed(tmp_path, PENDULUM, path, "--quick", "--lowpass", "12")["lowpass"]["hz"] == 12.0
+    scored = tmp_path / "scored.yaml"
+    scored.write_text(PENDULUM.read_text() + "score: {lowpass_hz: 18}\n")
+    found = diagnosed(tmp_path, scored, path, "--quick")["lowpass"]
+    assert (found["hz"], found["from"]) == (18.0, "model")
+
+
+def test_a_low_pass_that_is_no_frequency_is_refused(tmp_path):
+    done = run("talus-gap", "--model", PENDULUM, "--report", tmp_path / "g.json", "--lowpass", "fast", "x.csv", status=2)
+    assert "--lowpass: expected a frequency" in done.stderr
+
+
+# ---- verdicts --------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("model", "options"), [
+    (PENDULUM, ()),
+    (PENDULUM, ("--rate", "200", "--encoder-bits", "16", "--excitation", "paper", "--fit")),
+    (LEG, ("--rate", "125", "--duration", "60")),
+    (LEG, ("--rate", "100", "--encoder-bits", "16", "--duration", "60")),
+], ids=["pendulum", "pendulum-series", "leg-125", "leg-100"])  # fmt: skip
+def test_a_bench_that_hides_nothing_is_none(model, options, tmp_path):
+    """Each of these named a cause, or none that is known, before replicates were there."""
+    found = diagnosed(tmp_path, model, bench(tmp_path, model, "--duration", "60", "--seed", "7", *options))
+    assert found["verdict"]["effect"] == "none" and found["effects"] == []
+    assert found["calibrated"] and found["replicates"] >= gains.FEWEST
+
+
+def test_quick_has_no_replicates_and_says_so(tmp_path):
+    found = diagnosed(tmp_path, PENDULUM, bench(tmp_path, PENDULUM, "--duration", "20"), "--quick")
+    assert found["calibrated"] is False and found["replicates"] == 0
+
+
+def test_an_effect_has_an_interval_and_what_it_closes(tmp_path):
+    """A spring beside the joint, seen by exact encoders."""
+    model = tmp_path / "spring.yaml"
+    model.write_text(PENDULUM.read_text() + "effects:\n  - {effect: parallel_spring, joint: joint, parameters: "
+                     "{stiffness_Nm_rad: 0.9, stiffening_Nm_rad3: 0, preload_Nm: 0}}\n")  # fmt: skip
+    found = diagnosed(tmp_path, PENDULUM, bench(tmp_path, model, "--duration", "40", "--encoder-bits", "0"))
+    (effect,) = found["effects"]
+    assert effect["effect"] == "parallel_spring" and effect["closes"]["joint"] > 0.9
+    assert set(effect["interval"]) <= set(effect["parameters"])
+    for name, (low, high) in effect["interval"].items():
+        assert low <= effect["parameters"][name] <= high
+    assert found["lowpass"]["stable"] is True
+
+
+def test_python_is_the_same_library():
+    assert talus.diagnosis.calibration.gains is gains

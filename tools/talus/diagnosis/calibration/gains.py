@@ -1,0 +1,148 @@
+"""What a search finds where nothing is: from null replicates the probability that a gain is nothing but noise and reconstruction.
+
+Gains of one effect at one joint, each of the best shape, are lognormal over replicates of one recording. With m and s their
+logarithms' mean and deviation over B replicates, x that of the recording's own gain, K the number of effects and joints tried,
+
+    w^2 = s^2 (1 + 1/B) + MISFIT^2,   z = (x - m) / w,
+    P(nothing) = n(z)/w / (n(z)/w + N(z) / (K RANGE)),
+
+n and N the normal density and distribution: without the effect x is one more replicate, with it x lies anywhere in a range above
+them, each size as likely as the next, and before the data each of the K is as likely as any other (docs/diagnosis.md).
+"""
+
+import math
+import multiprocessing
+from concurrent.futures import ProcessPoolExecutor
+
+import numpy as np
+
+from . import replicates
+
+PROCESSES = 2
+FEWEST, MOST = 3, 9  # replicates: more where the first ones leave it open
+SURE_BELOW, SURE_ABOVE = 0.5, 5.0  # widths from the nulls' middle, beyond which more replicates would change nothing
+MISFIT = 0.6  # of the logarithm: how far the gains of simulated nulls are off those of recordings with nothing hidden
+RANGE = math.log(1000.0)  # of an effect's gain over the nulls', before the data
+FLOOR = 8.0  # chi-square, added to gains: below it the logarithm tells noise apart from noise
+
+
+class Calibration:
+    """Gains of the best shape of every (effect, joint): `own` {key: gain} in the recordings, `gains` [{key: gain}] in each replicate;
+    `excess`: {kind: mean chi-square over its freedom that noise and reconstruction leave there}; of the torques the part that
+    is not noise is `reconstruction`."""
+
+    def __init__(self, own, gains, excess, noise_excess):
+        self.own, self.gains, self.excess = own, gains, excess
+        self.reconstruction = max(sum(x for kind, x in excess.items() if kind[0] == "T") - noise_excess, 0.0)
+        self.keys = sorted(set(own).union(*gains))
+
+    def width(self, key):
+        """(mean, width) of the logarithm of an (effect, joint)'s gain where nothing is hidden."""
+        return _lognormal([math.log(max(gains.get(key, 0.0), 0.0) + FLOOR) for gains in self.gains])
+
+    def widths(self, key, gain):
+        """How far a gain lies above the nulls', in their widths."""
+        middle, width = self.width(key)
+        return (math.log(max(gain, 0.0) + FLOOR) - middle) / width
+
+    def most_widths(self):
+        """Of the (effect, joint) that stands out most."""
+        return max((self.widths(key, gain) for key, gain in self.own.items()), default=0.0)
+
+    def nothing(self, key, gain):
+        """Probability that an (effect, joint)'s gain is nothing but noise and reconstruction; it is one of many."""
+        return self._probability(self.widths(key, gain), self.width(key)[1], max(len(self.keys), 1))
+
+    def nothing_of(self, before, after):
+        """The same of a step from one fit to another, of the likeliest effect that it adds. Replicates are searched on the grid of
+        shapes: what lies between its points is not counted."""
+        there = {c.key for c in before.chosen}
+        gain = before.excess - after.excess
+        new = [c.key for c in after.chosen if c.key not in there]
+        return min((self.nothing(key, min(gain, self.own.get(key, gain))) for key in new), default=0.0)
+
+    def nothing_at_all(self):
+        """Probability that the largest gain of all is nothing, by the largest of each replicate: a drive that sees its encoder's
+        steps, say, gives several effects a little that replicates do not have, but none of them much."""
+        return self._probability(*self._largest(), 1)
+
+    def _largest(self):
+        logs = [math.log(max(max(gains.values(), default=0.0), 0.0) + FLOOR) for gains in (self.own, *self.gains)]
+        middle, width = _lognormal(logs[1:])
+        return (logs[0] - middle) / width, width
+
+    @staticmethod
+    def _probability(z, width, tried):
+        """Of nothing, of a gain that lies z widths above the nulls' and is one of many that were tried."""
+        null = math.exp(-0.5 * z * z) / math.sqrt(2 * math.pi) / width
+        other = 0.5 * math.erfc(-z / math.sqrt(2)) / RANGE / tried
+        return null / (null + other) if null + other > 0 else float(z < 0)
+
+
+def _lognormal(logs):
+    """(mean, width) of logarithms of gains, for one more of them."""
+    spread = float(np.var(logs, ddof=1)) * (1 + 1 / len(logs)) if len(logs) > 1 else 0.0
+    return float(np.mean(logs)), math.sqrt(spread + MISFIT**2)
+
+
+class Replicator:
+    """Makes calibrations of one search: its candidates, seed, and how it tells its progress."""
+
+    def __init__(self, choose, seed, step):
+        self.choose, self.seed, self.step = choose, seed, step
+
+    def beside(self, search, fit):
+        """Calibration of one more effect beside those of a fit (of the first one beside none), or None where the recordings cannot
+        be simulated with these."""
+        base = search.gram.fold_strengths(search.columns(fit.chosen))[-1][:search.dataset.bases]
+        source = replicates.Source.of(search.dataset, base, fit.chosen, fit.strengths)
+        if source is None:
+            return None
+        own, found = gains_beside(search, fit.chosen), []
+        for numbers in (range(FEWEST), range(FEWEST, MOST)):
+            found += [one for one in self._each(source, fit.chosen, numbers) if one is not None]
+            if len(found) < 2:
+                return None
+            excess = {kind: float(np.mean([e[kind] for _, e in found])) for kind in search.dataset.kinds}
+            out = Calibration(own, [gains for gains, _ in found], excess, source.noise_excess())
+            if not SURE_BELOW < out.most_widths() < SURE_ABOVE:
+                break
+        return out
+
+    def _each(self, source, chosen, numbers):
+        """(gain, excess by kind) of some replicates, on two processors where that can be."""
+        global _work
+        _work = source, self.choose, self.seed, chosen
+        try:
+            if multiprocessing.current_process().daemon:
+                return [_one(number) for number in numbers]
+            with ProcessPoolExecutor(PROCESSES, multiprocessing.get_context("fork")) as pool:
+                out = []
+                for number, one in zip(numbers, pool.map(_one, numbers)):
+                    self.step(f"replicates without {'a further' if chosen else 'any'} effect, {number + 1}")
+                    out.append(one)
+                return out
+        finally:
+            _work = None
+
+
+def gains_beside(search, chosen):
+    """{(effect, joint): what its best shape of the grid gains beside the chosen effects}."""
+    before, there = search.fit(chosen).excess, {c.key for c in chosen}
+    return {fit.chosen[-1].key: before - fit.excess for fit in search.scan(chosen) if fit.chosen[-1].key not in there}
+
+
+_work = None  # what the processes that are forked take with them
+
+
+def _one(number):
+    """One replicate, searched as the recording is; None where nothing of it can be used."""
+    from ..search import Search, plain_base  # which calls this
+
+    source, choose, seed, chosen = _work
+    dataset = source.replicate(seed, number)
+    if dataset is None:
+        return None
+    search = Search(dataset, plain_base(dataset), choose)
+    blocks = search.gram.held_out_blocks(search.columns(chosen))
+    return gains_beside(search, chosen), {kind: float(values.sum()) - dataset.freedom(kind) for kind, values in blocks.items()}

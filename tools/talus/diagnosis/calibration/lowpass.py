@@ -1,0 +1,113 @@
+"""The low-pass that a diagnosis looks through: the fastest at which the sensors leave the inertia alone.
+
+Steps and noise of the angles, and slow samples, make regressors that are off, and these pull the fitted inertia away from the
+true one (errors in variables). How far is told by replicates: the identified model recorded anew by the same sensors, and
+identified once more. The windows of the motion stay as short as the score's own low-pass asks: longer ones would smear reversals.
+"""
+
+import copy
+from dataclasses import dataclass
+
+import numpy as np
+
+from talus import ffi
+
+from ..dataset import Dataset
+from ..motion import inertia_over
+from ..processed_recording import ProcessedRecording
+from .replicates import Source
+from ..search import plain_base
+from ..torque_terms import model_at
+
+STEP = 1.5  # from one frequency to the next slower one
+SLOWEST_HZ = 5.0
+LEAVES_ALONE = 0.02  # of the inertia
+GIVES_UP = 0.1  # of the inertia: then these recordings cannot fix it
+
+
+@dataclass(frozen=True)
+class Lowpass:
+    """`hz`; `source` "model" (the file's), "option" or "data"; `bias` that is left of the inertia, None where that cannot be told."""
+
+    hz: float
+    source: str
+    bias: float | None = None
+
+    @property
+    def cannot_be_fixed(self):
+        """Do the sensors leave too little of the inertia?"""
+        return self.bias is not None and abs(self.bias) > GIVES_UP
+
+
+def processed_at(model, recordings, names, hz):
+    """The recordings through a low-pass of this frequency."""
+    out = []
+    for recording, name in zip(recordings, names):
+        one = copy.copy(recording)
+        one.score = ffi.new("tl_score_settings *", model.score[0])
+        one.score.lowpass_hz = hz
+        out.append(ProcessedRecording(model, one, name, model.score.lowpass_hz))
+    return out
+
+
+def dataset_of(model, processed, tree):
+    """The rows of those recordings that can be used."""
+    return Dataset(model, [one for one in processed if one.parts], tree)
+
+
+def inertia_bias(dataset, seed):
+    """By what share the inertia comes out wrong, of its largest error over all directions; None where that cannot be told."""
+    base = plain_base(dataset)
+    source = Source.of(dataset, base)
+    replicate = source and source.replicate(seed, 0)
+    if not replicate:
+        return None
+    poses = np.median(dataset.processed_recordings[0].q, axis=1)[None]
+    true, found = (inertia_over(model_at(dataset, x), poses)[0] for x in (base, plain_base(replicate)))
+    try:
+        root = np.linalg.inv(np.linalg.cholesky(true))
+    except np.linalg.LinAlgError:
+        return None
+    off = np.linalg.eigvalsh(root @ found @ root.T) - 1.0
+    return float(off[np.argmax(np.abs(off))])
+
+
+def chosen(at, hz, seed):
+    """(Lowpass, its dataset): from `hz` down to where the inertia is left alone, or least wrong; `at(hz)` is a dataset."""
+    found = []
+    while True:
+        dataset = at(hz)
+        bias = inertia_bias(dataset, seed)
+        found.append((Lowpass(hz, "data", bias), dataset))
+        if bias is None:
+            return found[0]
+        if abs(bias) < LEAVES_ALONE:
+            return found[-1]
+        if hz / STEP < SLOWEST_HZ:
+            return min(found, key=lambda one: abs(one[0].bias))
+        hz /= STEP
+
+
+class Looks:
+    """The recordings of a diagnosis through any low-pass; `processed` are those at the model's own."""
+
+    def __init__(self, model, recordings, names, tree, processed):
+        self.model, self.recordings, self.names, self.tree, self.processed = model, recordings, names, tree, processed
+
+    def at(self, hz):
+        """The dataset."""
+        own = hz == self.model.score.lowpass_hz
+        return dataset_of(self.model, self.processed if own else processed_at(self.model, self.recordings, self.names, hz), self.tree)
+
+    def first(self, wanted_hz, seed):
+        """(Lowpass, dataset) of a diagnosis: the option's, the model file's, or what the data leave."""
+        own_hz = self.model.score.lowpass_hz
+        if wanted_hz:
+            return Lowpass(wanted_hz, "option"), self.at(wanted_hz)
+        if "score" in self.tree:
+            return Lowpass(own_hz, "model"), self.at(own_hz)
+        return chosen(self.at, own_hz, seed)
+
+    def half_of(self, through):
+        """What makes the dataset at half a Lowpass; None where that would be slower than any."""
+        return (lambda: self.at(0.5 * through.hz)) if 0.5 * through.hz >= SLOWEST_HZ else None

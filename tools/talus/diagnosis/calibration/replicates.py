@@ -1,0 +1,208 @@
+"""Null replicates: what these very recordings would show if the identified model were the whole truth.
+
+The model is driven once more by the recorded torque and a weak loop onto the recorded motion, and recorded anew by the
+same sensors: their resolution, noise and instants. What the search then finds is what reconstruction and noise alone
+leave (parametric bootstrap, Davison and Hinkley, Bootstrap Methods and their Application, ch. 4).
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+import talus
+from talus import TalusError, check, ffi, lib, pointer
+
+from .. import noise
+from ..dataset import Dataset
+from ..motion import acts_in_time, effect_of, plant_of
+from ..processed_recording import ProcessedRecording
+from ..torque_terms import TorqueTerms
+
+LOOP_HZ = 3.0  # as slow as keeps the plant near: a stiffer loop would replace the motion by the recorded one
+LONGEST_STEP_S = 0.001
+NOISE_WINDOW_S = 0.25  # over which noise is measured: chatter comes and goes with the motion
+ANGLES = ("ankle_joint_rad", "shank_rad", "foot_rad")
+
+
+class Sensors:
+    """What the sensors of one recording do to a motion: measured from the recording itself."""
+
+    def __init__(self, dataset, record):
+        self.processed = processed = dataset.processed_recordings[record]
+        self.step, self.noise = {}, {}
+        for j, name in enumerate(dataset.model.sensor("position")):
+            if name in processed.columns:
+                sensing = processed.regression.struct.sensing[j]
+                self._angle(name, sensing.step, sensing.noise)
+        for name in dataset.model.sensor("velocity"):
+            if name in processed.columns:
+                values = processed.columns[name]
+                self._angle(name, noise.detection_threshold(values), noise.above_motion(values))
+        self._second(dataset)
+        self.torque = [self._torque(dataset, record, j) for j in range(dataset.joints)]
+
+    def _angle(self, name, step, deviation):
+        """A sensor's resolution, and what noise it has beyond that."""
+        rounding = step / np.sqrt(12)
+        own = deviation**2 - rounding**2
+        white = own > rounding**2  # else its steps are all that is seen
+        self.step[name], self.noise[name] = (0.0 if white and own > 9 * rounding**2 else step), np.sqrt(own) if white else 0.0
+
+    def _second(self, dataset):
+        """Sensors that see an angle once more: the noise is what their channel has beyond the motor's sensor."""
+        for name, kind, motor in (("ankle_joint_rad", "E", "ankle_motor_rad"), ("shank_rad", "K", "knee_motor_rad"),
+                                  ("foot_rad", "F", "ankle_motor_rad")):
+            if kind not in dataset.sigma or name not in self.processed.columns:
+                continue
+            joint = 1 if motor.startswith("ankle") else 0
+            ratio = np.median(np.abs(dataset.transmissions[joint].ratio(self.processed.q[joint])))
+            first = self.step[motor] / np.sqrt(12) + self.noise[motor]
+            own = max(dataset.sigma[kind] ** 2 - (first / ratio) ** 2, 0.0)
+            self._angle(name, noise.detection_threshold(self.processed.columns[name]), np.sqrt(own))
+
+    def _torque(self, dataset, record, joint):
+        """Standard deviation of a torque's noise at every sample."""
+        raw, sigma = dataset.effort(record, joint), dataset.sigma[f"T{joint}"]
+        third = np.pad(np.diff(raw, 3) ** 2, (1, 2), mode="edge") / 20.0
+        n = max(8, int(NOISE_WINDOW_S / self.processed.step_s))
+        local = np.sqrt(np.convolve(np.pad(third, (n // 2, n - 1 - n // 2), mode="edge"), np.ones(n) / n, "valid"))
+        rms = np.sqrt(np.mean(local**2))
+        return local * (sigma / rms if rms > 0 and sigma > rms else 1.0)
+
+    def seen(self, name, values, random):
+        """An angle as the sensor shows it."""
+        step, own = self.step[name], self.noise[name]
+        values = values + own * random.standard_normal(len(values)) if own > 0 else values
+        if step <= 0:
+            return values
+        offset = step * random.random()
+        return np.round((values - offset) / step) * step + offset
+
+
+@dataclass
+class Driven:
+    """What the model did under the recorded torque, (joints, n) each: motors' side in the joints' coordinates, the joints
+    beyond their transmissions."""
+
+    q: np.ndarray
+    v: np.ndarray
+    torque: np.ndarray
+    joint: np.ndarray
+
+
+def driven(dataset, record, terms, effects=()):
+    """Driven; None where the model cannot be simulated."""
+    processed, model = dataset.processed_recordings[record], plant_of(terms)
+    torque = np.array([dataset.effort(record, j) for j in range(dataset.joints)])
+    out = Driven(processed.q.copy(), processed.v.copy(), torque.copy(), processed.q.copy())
+    every = ffi.new("tl_effect[]", max(len(effects), 1))
+    for place, effect in enumerate(effects):
+        every[place] = effect[0]
+    for part in processed.parts:
+        rows = slice(part["begin"], part["end"])
+        alive = [np.ascontiguousarray(processed.t_s[rows])]
+        spec = ffi.new("tl_replay *", {"model": model.struct, "loop_hz": LOOP_HZ, "longest_step_s": LONGEST_STEP_S, "effect": every,
+                                       "effects": len(effects), "n": len(alive[0]), "t_s": pointer(alive[0])})  # fmt: skip
+        results = []
+        for j in range(dataset.joints):
+            for name, values in (("q", processed.q), ("v", processed.v), ("torque", torque)):
+                alive.append(np.ascontiguousarray(values[j][rows]))
+                getattr(spec, name)[j] = pointer(alive[-1])
+            for name in ("q", "v", "torque", "joint"):
+                results.append((name, j, np.empty(len(alive[0]))))
+                getattr(spec, f"{name}_out")[j] = pointer(results[-1][2])
+        try:
+            check(lib.tl_simulate_replay(spec))
+        except TalusError:
+            return None
+        for name, j, result in results:
+            getattr(out, name)[j][rows] = result
+    return out
+
+
+def recorded(dataset, record, motion, sensors, random):
+    """The recording that the sensors would have made of a motion."""
+    q, v, torque, joint = motion.q, motion.v, motion.torque, motion.joint
+    columns = dict(dataset.processed_recordings[record].columns)
+    model = dataset.model
+    travel = [dataset.transmissions[j].motor_rad(q[j]) for j in range(dataset.joints)] if dataset.at_motor else list(q)
+    shown = dict(zip(model.sensor("position"), travel)) | dict(zip(model.sensor("velocity"), v))
+    if dataset.at_motor:
+        shown |= {"ankle_joint_rad": joint[1], "shank_rad": joint[0], "foot_rad": joint[0] + joint[1]}
+    for name, values in shown.items():
+        if name in columns:
+            columns[name] = sensors.seen(name, values, random)
+    for j in range(dataset.joints):
+        measured = torque[j] + sensors.torque[j] * random.standard_normal(len(torque[j]))
+        name, scale = effort_column(dataset, columns, j)
+        columns[name] = measured / scale
+    source = dataset.processed_recordings[record].recording
+    out = talus.Recording(columns)
+    out.score = source.score
+    return out
+
+
+def effort_column(dataset, columns, joint):
+    """(name of the column that tells a joint's torque, torque of one of its units)."""
+    if dataset.at_motor:
+        name = dataset.model.joints[joint]
+        return f"{name}_current_A", dataset.tree[name]["torque_constant_Nm_A"]
+    for name in ("joint_torque_Nm", "slider_force_N"):
+        if name in columns:
+            return name, 1.0
+    return "joint_current_A", dataset.drive_gain()
+
+
+class Source:
+    """What replicates of a dataset are made of: the model's own motion on each recording, and its sensors."""
+
+    def __init__(self, dataset, motions):
+        self.dataset, self.motions = dataset, motions
+        self.sensors = [Sensors(dataset, record) for record in range(len(motions))]
+
+    @classmethod
+    def of(cls, dataset, base, chosen=(), every=()):
+        """At these base parameters, with effects of these strengths; None where that cannot be simulated: beside a sensor at
+        the output the motion is not the drive's, a speed alone does not say where the joint is, and not every effect acts in
+        forward time."""
+        if dataset.load_sensor or dataset.velocity_only:
+            return None
+        effects = [effect_of(dataset, part, own) for c, all_own in zip(chosen, every) for part, own in c.pieces(all_own)]
+        motions = []
+        for record in range(len(dataset.processed_recordings)):
+            terms = TorqueTerms(dataset, record, base)
+            if not all(acts_in_time(effect, terms.model) for effect in effects):
+                return None
+            motions.append(driven(dataset, record, terms, effects))
+        return None if any(motion is None for motion in motions) else cls(dataset, motions)
+
+    def noise_excess(self):
+        """Chi-square over its freedom that the replicates' torque noise alone brings: it comes and goes, and its mean square counts
+        where a median makes sigma."""
+        dataset, out = self.dataset, 0.0
+        for c in dataset.channels:
+            if c.kind[0] == "T":
+                share = np.mean(self.sensors[c.record].torque[int(c.kind[1])] ** 2) / dataset.sigma[c.kind] ** 2 - 1.0
+                out += share * dataset.thin * len(c.thinned) * dataset.bandwidth[c.record]
+        return float(out)
+
+    def replicate(self, seed, number):
+        """The dataset of one replicate; None where nothing of it can be used."""
+        random = np.random.Generator(np.random.Philox(key=[seed % 2**64, number]))
+        made = []
+        for old, motion, sensors in zip(self.dataset.processed_recordings, self.motions, self.sensors):
+            one = recorded(self.dataset, len(made), motion, sensors, random)
+            made.append(ProcessedRecording(self.dataset.model, one, old.name, old.window_hz))
+        return Anew(self.dataset, made) if all(one.parts for one in made) else None
+
+
+class Anew(Dataset):
+    """A replicate's rows, over the noise of the recordings that it stands for."""
+
+    def __init__(self, source, processed_recordings):
+        self._source = source
+        super().__init__(source.model, processed_recordings, source.tree)
+        self.irregular = dict.fromkeys(self.kinds, 0.0)
+
+    def find_sigma(self, residual=None):
+        self.sigma, self.irregular = dict(self._source.sigma), dict(self._source.irregular)
