@@ -323,7 +323,7 @@ $(BUILD)/python/talus_macros.h: $(BUILD)/python/talus_cdef.h
 
 # ---- check, show, measure ---------------------------------------------------
 
-.PHONY: deps check check-san check-long check-coverage cover check-arch test test-san test-long rig test-rig lint demo paper blind bench
+.PHONY: deps check check-san check-long check-coverage cover check-arch test test-san test-long rig test-rig lint demo paper blind nulls bench
 # What a goal needs is installed first; then make starts anew, because what this
 # run found out about compilers and packages may no longer be true.
 again = +$(Q)$(MAKE) --no-print-directory $(if $(findstring jobserver,$(MAKEFLAGS)),,-j$(JOBS))
@@ -437,6 +437,16 @@ blind:
 	$(Q)$(run_env) $(PYTHON) -m talus.blind next $(blind_folders)
 	$(Q)$(run_env) $(PYTHON) -m talus.blind open --out $(BLIND) $(blind_folders)
 
+# Where it is known what there is to find: reports that are there already stay, as long as talus-gap is the same.
+KNOWN = $(PYTHON) -m talus.known $@ --seed $(SEED) --count $(COUNT) --jobs $(JOBS) --out $(BUILD)/$@
+nulls: SEED := 1
+nulls: COUNT := 60
+nulls: ONLY ?=
+nulls:
+	@tools/setup check
+	$(again) all
+	$(Q)$(run_env) $(KNOWN) --only '$(ONLY)'
+
 bench:
 	@tools/setup bench
 	$(again) all test-programs
@@ -449,7 +459,7 @@ BINDIR ?= $(PREFIX)/bin
 LIBDIR ?= $(PREFIX)/lib
 # where the commands that are Python find their packages, what was built, and the page's parts
 HOMEDIR = $(LIBDIR)/talus
-PYTHON_FOLDERS := $(patsubst %/,%,$(sort $(dir $(foreach p,$(PYTHON_PACKAGES),$(shell find tools/$(p) -name '*.py' -not -path '*/blind/*')))))
+PYTHON_FOLDERS := $(patsubst %/,%,$(sort $(dir $(foreach p,$(PYTHON_PACKAGES),$(shell find tools/$(p) -name '*.py' -not -path '*/blind/*' -not -path '*/known/*')))))
 INSTALLED_PYTHON := python apps/page/assets $(PYTHON_FOLDERS)
 INCLUDEDIR ?= $(PREFIX)/include
 INSTALL ?= install
@@ -522,6 +532,7 @@ help:
 	@echo 'make rig           tests on a real kernel with CAN and GPIO, in guests where this one has none'
 	@echo 'make paper         reproduce the source paper on one page'
 	@echo 'make blind         how often talus-gap is right on withheld effects; SEED, COUNT, JOBS'
+	@echo 'make nulls         how often talus-gap says none where nothing is hidden; SEED, COUNT, JOBS, ONLY'
 	@echo 'make bench         compare speed with peers (installs them); BENCH=signals: one of them'
 	@echo 'make deps          install what is missing: apt packages, .venv'
 	@echo 'make install       DESTDIR, PREFIX ($(PREFIX)); make uninstall'

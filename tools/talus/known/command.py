@@ -1,0 +1,62 @@
+"""The command line."""
+
+import argparse
+import sys
+from pathlib import Path
+
+from . import nulls, outputs, running
+
+
+def read_only(text):
+    """`plant=leg,slider rate_Hz=100` as {axis: values}."""
+    only = {}
+    for part in text.split():
+        axis, _, words = part.partition("=")
+        if axis not in nulls.AXES:
+            raise argparse.ArgumentTypeError(f"expected AXIS=VALUE with an axis of {', '.join(nulls.AXES)}, found '{part}'")
+        known = {str(value): value for value in nulls.AXES[axis]} | ({"exact": 0} if axis == "bits" else {})
+        unknown = [word for word in words.split(",") if word not in known]
+        if unknown:
+            raise argparse.ArgumentTypeError(f"{axis}: expected some of {', '.join(known)}, found '{unknown[0]}'")
+        only[axis] = {known[word] for word in words.split(",")}
+    return only
+
+
+def number(text):
+    """A whole number of at least 1."""
+    if not (text.isascii() and text.isdigit() and int(text) > 0):
+        raise argparse.ArgumentTypeError(f"expected a whole number above 0, found '{text}'")
+    return int(text)
+
+
+def run_nulls(options):
+    cases = nulls.draw(options.seed, options.count, options.only)
+    results = running.run("nulls", cases, Path(options.out) / f"seed{options.seed}", nulls.diagnose, options.jobs, options.keep)
+    outputs.nulls(results, Path(options.out))
+    return 0
+
+
+def parser():
+    top = argparse.ArgumentParser(prog="known", description="talus-gap where it is known what there is to find")
+    commands = top.add_subparsers(dest="command", required=True)
+    one = commands.add_parser("nulls", help="simulated benches without any effect")
+    one.add_argument("--only", type=read_only, default={}, help="of the grid: 'plant=leg,slider rate_Hz=100'")
+    one.set_defaults(run=run_nulls)
+    for command in (one,):
+        command.add_argument("--seed", type=int, default=1)
+        command.add_argument("--count", type=number, default=60)
+        command.add_argument("--out", required=True, help="folder of reports, kept there, and of the outcome")
+        command.add_argument("--jobs", type=number, default=1, help="cases at a time")
+        command.add_argument("--keep", action="store_true", help="keep reports of another version of the diagnosis")
+    return top
+
+
+def main(arguments):
+    options = parser().parse_args(arguments)
+    try:
+        return options.run(options)
+    except (RuntimeError, OSError) as error:
+        print(f"known: {error}", file=sys.stderr)
+        return 1
+    except KeyboardInterrupt:
+        return 130

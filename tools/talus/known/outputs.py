@@ -1,0 +1,96 @@
+"""What was counted: a table for people, CSV and JSON for machines, and one page."""
+
+import csv
+import io
+import json
+from pathlib import Path
+
+import talus
+
+from ..blind.unseal import demand, figure, finite, words
+from . import null_scores, running
+
+MET = {True: "met", False: "not met", None: ""}
+
+
+def percent(value):
+    return "-" if value is None else f"{100 * value:.0f} %"
+
+
+def as_csv(rows):
+    text = io.StringIO()
+    table = csv.DictWriter(text, list(rows[0]), lineterminator="\n")
+    table.writeheader()
+    table.writerows({name: "" if value is None else value for name, value in row.items()} for row in rows)
+    return text.getvalue()
+
+
+def aligned(table):
+    """A table of words for people, columns as wide as they must be; the first column stands left."""
+    widths = [max(len(line[k]) for line in table) for k in range(len(table[0]))]
+    lines = [[line[0].ljust(widths[0]), *(cell.rjust(w) for cell, w in zip(line[1:], widths[1:], strict=True))] for line in table]
+    return "\n".join("  ".join(line).rstrip() for line in lines)
+
+
+def bars_table(page, bars):
+    page.table("Bars", ["what", "figure", "bar", "cases", ""],
+               [[b.name, figure(b.value), demand(b), str(b.count), MET[b.met]] for b in bars])  # fmt: skip
+
+
+def write_all(out, stem, page, rows, report):
+    """STEM.csv, STEM.json and STEM.html in a folder."""
+    out = Path(out)
+    running.write(out / f"{stem}.csv", as_csv(rows))
+    running.write(out / f"{stem}.json", json.dumps(finite({**report, "cases": rows}), indent=1) + "\n")
+    page.write(out / f"{stem}.html.tmp")
+    (out / f"{stem}.html.tmp").replace(out / f"{stem}.html")
+    print(f"written: {', '.join(str(out / f'{stem}.{kind}') for kind in ('csv', 'json', 'html'))}")
+
+
+# ---- benches without any effect ------------------------------------------------------
+
+NULL_COLUMNS = ["", "cases", "none", "too little", "unknown", "cause >= 0.5", "cause >= 0.9", "mean P(none)"]
+
+
+def null_lines(strata):
+    return [[f"{s['axis'].replace('_', ' ')} {s['value']}", str(s["cases"]), percent(s["none"]), percent(s["too_little"]),
+             percent(s["unknown"]), percent(s["cause_50"]), percent(s["cause_90"]), figure(s["p_none"])] for s in strata]  # fmt: skip
+
+
+def wrong_lines(rows):
+    """What did not end as `none`, the surest names first."""
+    wrong = sorted((r for r in rows if not null_scores.is_none(r)), key=lambda r: -r["cause_probability"])
+    return [[r["case"], r["outcome"], r["verdict"], f"{r['probability']:.2f}", r["cause"], f"{r['cause_probability']:.2f}",
+             r["finding"]] for r in wrong]  # fmt: skip
+
+
+def null_page(rows, bars, strata):
+    right = sum(map(null_scores.is_none, rows))
+    page = talus.Page("talus-gap where nothing is hidden",
+                      f"Of {len(rows)} benches without any effect, {right} end as none.")  # fmt: skip
+    bars_table(page, bars)
+    page.heading("Where")
+    page.bars("Share that ends as none (or shows too little)", "share",
+              [[f"{s['axis'].replace('_', ' ')} {s['value']}", f"{s['cases']} cases"] for s in strata], [s["none"] for s in strata],
+              ["measured" if s["none"] >= 0.97 else "accent" for s in strata])  # fmt: skip
+    page.table("Plant, rate, encoder, excitation, length", NULL_COLUMNS, null_lines(strata))
+    page.heading("How sure")
+    page.table("P(none) as stated, and what ends as none; none is true of all", ["P(none)", "cases", "mean", "end as none"],
+               [[f"{low:g} to {high:g}", str(n), f"{said:.3f}", percent(right)]
+                for low, high, n, said, right in null_scores.reliability(rows)] or [["none stated", "0", "", ""]])  # fmt: skip
+    page.heading("Case by case")
+    page.table("What did not end as none", ["case", "outcome", "verdict", "probability", "cause", "its probability", "finding"],
+               wrong_lines(rows) or [["all did", *[""] * 6]], words=True)  # fmt: skip
+    return page
+
+
+def nulls(results, out):
+    """Judges benches without any effect, prints the tables, writes nulls.csv, .json and .html."""
+    rows = [null_scores.judge(result) for result in results]
+    bars, strata = null_scores.bars(rows), null_scores.by_stratum(rows)
+    print(words(bars))
+    print(aligned([NULL_COLUMNS, *null_lines(strata)]))
+    for line in wrong_lines(rows):
+        print(f"not none: {' '.join(cell for cell in line if cell)}")
+    report = {"schema": "talus-nulls/1", "bars": [b.row() for b in bars], "strata": strata}
+    write_all(out, "nulls", null_page(rows, bars, strata), rows, report)
