@@ -323,7 +323,7 @@ $(BUILD)/python/talus_macros.h: $(BUILD)/python/talus_cdef.h
 
 # ---- check, show, measure ---------------------------------------------------
 
-.PHONY: deps check check-san check-long check-coverage cover check-arch test test-san test-long rig test-rig lint demo paper blind nulls bench
+.PHONY: deps check check-san check-long check-coverage cover check-arch test test-san test-long rig test-rig lint demo paper blind nulls spike bench
 # What a goal needs is installed first; then make starts anew, because what this
 # run found out about compilers and packages may no longer be true.
 again = +$(Q)$(MAKE) --no-print-directory $(if $(findstring jobserver,$(MAKEFLAGS)),,-j$(JOBS))
@@ -447,6 +447,13 @@ nulls:
 	$(again) all
 	$(Q)$(run_env) $(KNOWN) --only '$(ONLY)'
 
+spike: SEED := 1
+spike: COUNT := 60
+spike:
+	@tools/setup check
+	$(again) all
+	$(Q)$(run_env) $(KNOWN)
+
 bench:
 	@tools/setup bench
 	$(again) all test-programs
@@ -533,6 +540,7 @@ help:
 	@echo 'make paper         reproduce the source paper on one page'
 	@echo 'make blind         how often talus-gap is right on withheld effects; SEED, COUNT, JOBS'
 	@echo 'make nulls         how often talus-gap says none where nothing is hidden; SEED, COUNT, JOBS, ONLY'
+	@echo 'make spike         how often it names an effect added to a real recording; SEED, COUNT, JOBS, TALUS_DATA='
 	@echo 'make bench         compare speed with peers (installs them); BENCH=signals: one of them'
 	@echo 'make deps          install what is missing: apt packages, .venv'
 	@echo 'make install       DESTDIR, PREFIX ($(PREFIX)); make uninstall'

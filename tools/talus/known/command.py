@@ -1,10 +1,11 @@
 """The command line."""
 
 import argparse
+import os
 import sys
 from pathlib import Path
 
-from . import nulls, outputs, running
+from . import nulls, outputs, running, spikes
 
 
 def read_only(text):
@@ -36,13 +37,24 @@ def run_nulls(options):
     return 0
 
 
+def run_spikes(options):
+    cases = spikes.draw(options.data, options.seed, options.count)
+    results = running.run("spike", cases, Path(options.out) / f"seed{options.seed}", spikes.diagnose, options.jobs, options.keep)
+    outputs.spikes(results, Path(options.out))
+    return 0
+
+
 def parser():
     top = argparse.ArgumentParser(prog="known", description="talus-gap where it is known what there is to find")
     commands = top.add_subparsers(dest="command", required=True)
     one = commands.add_parser("nulls", help="simulated benches without any effect")
     one.add_argument("--only", type=read_only, default={}, help="of the grid: 'plant=leg,slider rate_Hz=100'")
     one.set_defaults(run=run_nulls)
-    for command in (one,):
+    other = commands.add_parser("spike", help="effects added to recordings of real machines")
+    other.add_argument("--data", default=os.environ.get("TALUS_DATA") or running.ROOT.parent / "shared" / "data",
+                       help="folder of the recordings (TALUS_DATA)")  # fmt: skip
+    other.set_defaults(run=run_spikes)
+    for command in (one, other):
         command.add_argument("--seed", type=int, default=1)
         command.add_argument("--count", type=number, default=60)
         command.add_argument("--out", required=True, help="folder of reports, kept there, and of the outcome")

@@ -8,7 +8,7 @@ from pathlib import Path
 import talus
 
 from ..blind.unseal import demand, figure, finite, words
-from . import null_scores, running
+from . import null_scores, running, spike_scores
 
 MET = {True: "met", False: "not met", None: ""}
 
@@ -94,3 +94,64 @@ def nulls(results, out):
         print(f"not none: {' '.join(cell for cell in line if cell)}")
     report = {"schema": "talus-nulls/1", "bars": [b.row() for b in bars], "strata": strata}
     write_all(out, "nulls", null_page(rows, bars, strata), rows, report)
+
+
+# ---- real recordings with an effect added ------------------------------------------------
+
+SPIKE_COLUMNS = ["", "cases", "not in control", "of these named", "first name wrong", "a further one"]
+
+
+def spike_lines(groups):
+    return [[f"{g['axis']} {g['value']}", str(g["cases"]), str(g["new"]), percent(g["named"]), percent(g["first_wrong"]),
+             percent(g["further"])] for g in groups]  # fmt: skip
+
+
+def missed_lines(rows):
+    """Wrong names first, then what should have been named."""
+    told = [row for row in rows if row["outcome"] == "judged"]
+    missed = {row["case"] for row in spike_scores.seen(spike_scores.new(rows)) if not row["named"]}
+    some = [row for row in told if row["first_wrong"] or row["further"] or row["case"] in missed]
+    some.sort(key=lambda row: (not row["first_wrong"], not row["further"], row["case"]))
+    return [[row["case"], row["effect"], f"{row['verdict']} {row['probability']:.2f}", "wrong" if row["first_wrong"] else "",
+             row["further"], "missed" if row["case"] in missed else ""] for row in some]  # fmt: skip
+
+
+def control_lines(results):
+    """What the recordings say as they are."""
+    lines = []
+    for result in (r for r in results if not r["setting"]["form"]):
+        listed = result["report"]["effects"] if result["report"] else []
+        lines.append([result["setting"]["machine"], running.said(result),
+                      ", ".join(f"{e['effect']} {e['probability']:.2f}" for e in listed) or "none"])  # fmt: skip
+    return lines
+
+
+def spike_page(rows, bars, groups, results):
+    told = spike_scores.seen(spike_scores.new(rows))
+    page = talus.Page("talus-gap on effects added to real recordings",
+                      f"Of {len(told)} effects that leave at least 5 % of the torque, {sum(r['named'] for r in told)} are named.")  # fmt: skip
+    bars_table(page, bars)
+    page.heading("How large")
+    sizes = [g for g in groups if g["axis"] == "leaves" and g["named"] is not None]
+    page.bars("Named, by how much of the torque the effect leaves beyond the plain model", "share named",
+              [[f"leaves {g['value']}", f"{g['new']} cases"] for g in sizes], [g["named"] for g in sizes],
+              ["measured"] * len(sizes))  # fmt: skip
+    page.table("By size, effect and set", SPIKE_COLUMNS, spike_lines(groups) or [["none", *[""] * 5]])
+    page.heading("Case by case")
+    page.table("Wrong or missed", ["spike", "effect", "verdict", "first name", "further", ""],
+               missed_lines(rows) or [["none", *[""] * 5]], words=True)  # fmt: skip
+    page.table("Controls: the recordings as they are", ["recording", "verdict", "effects"], control_lines(results), words=True)
+    return page
+
+
+def spikes(results, out):
+    """Judges spikes, prints the tables, writes spike.csv, .json and .html."""
+    rows = spike_scores.judged(results)
+    bars, groups = spike_scores.bars(rows), spike_scores.by_group(rows)
+    print(words(bars))
+    print(aligned([SPIKE_COLUMNS, *spike_lines(groups)]))
+    for line in missed_lines(rows):
+        print(f"wrong or missed: {' '.join(cell for cell in line if cell)}")
+    report = {"schema": "talus-spike/1", "bars": [b.row() for b in bars], "groups": groups,
+              "controls": [dict(zip(("recording", "verdict", "effects"), line, strict=True)) for line in control_lines(results)]}  # fmt: skip
+    write_all(out, "spike", spike_page(rows, bars, groups, results), rows, report)

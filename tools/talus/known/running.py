@@ -89,6 +89,6 @@ def _plain(value):
 def said(result):
     """A verdict in a few words."""
     if result["report"] is None:
-        return result.get("left_out") or f"status {result['status']}"
+        return f"status {result['status']}"
     verdict = result["report"]["verdict"]
     return f"{verdict['effect']} {verdict['probability']:.2f}"
