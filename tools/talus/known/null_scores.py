@@ -54,9 +54,9 @@ def bars(rows):
     missing to 1; a withheld report states none."""
     stated = [row["p_none"] for row in rows if row["p_none"] is not None]
     return [
-        rates("`none`, or says that the recording shows too little", map(is_none, rows), least=0.97),
+        rates("none, or says that the recording shows too little", map(is_none, rows), least=0.97),
         rates("... of these: shows too little", (row["outcome"] == "shows too little" for row in rows)),
-        rates("`unknown`", (row["outcome"] == "unknown" for row in rows)),
+        rates("unknown", (row["outcome"] == "unknown" for row in rows)),
         rates("a cause named with probability >= 0.5", (row["cause_probability"] >= NAMED for row in rows), most=0.01),
         rates("a cause named with probability >= 0.9", (row["cause_probability"] >= SURE for row in rows), most=0.0),
         rates("withheld for a fault that is not there", (row["outcome"] == "accused" for row in rows), most=0.0),

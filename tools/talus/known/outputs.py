@@ -128,8 +128,9 @@ def control_lines(results):
 
 def spike_page(rows, bars, groups, results):
     told = spike_scores.seen(spike_scores.new(rows))
+    named = sum(row["named"] for row in told)
     page = talus.Page("talus-gap on effects added to real recordings",
-                      f"Of {len(told)} effects that leave at least 5 % of the torque, {sum(r['named'] for r in told)} are named.")  # fmt: skip
+                      f"Of {len(told)} effects that leave at least 5 % of the torque, {named} are named.")  # fmt: skip
     bars_table(page, bars)
     page.heading("How large")
     sizes = [g for g in groups if g["axis"] == "leaves" and g["named"] is not None]
@@ -150,8 +151,10 @@ def spikes(results, out):
     bars, groups = spike_scores.bars(rows), spike_scores.by_group(rows)
     print(words(bars))
     print(aligned([SPIKE_COLUMNS, *spike_lines(groups)]))
+    for machine, verdict, effects in control_lines(results):
+        print(f"control: {machine} {verdict}; effects: {effects}")
     for line in missed_lines(rows):
         print(f"wrong or missed: {' '.join(cell for cell in line if cell)}")
-    report = {"schema": "talus-spike/1", "bars": [b.row() for b in bars], "groups": groups,
-              "controls": [dict(zip(("recording", "verdict", "effects"), line, strict=True)) for line in control_lines(results)]}  # fmt: skip
+    controls = [dict(zip(("recording", "verdict", "effects"), line, strict=True)) for line in control_lines(results)]
+    report = {"schema": "talus-spike/1", "bars": [b.row() for b in bars], "groups": groups, "controls": controls}
     write_all(out, "spike", spike_page(rows, bars, groups, results), rows, report)

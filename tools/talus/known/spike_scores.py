@@ -18,8 +18,8 @@ def names(report, least):
 def judge(result, control):
     """All that is counted of one spike; `control` is the result of the recording as it is."""
     setting, report = result["setting"], result["report"]
-    row = {"case": result["case"], **setting, "leaves": result["leaves"], "verdict": "", "probability": None, "named": None,
-           "exact": None, "there_before": None, "first_wrong": None, "further": None, "outcome": "failed"}  # fmt: skip
+    row = {"case": result["case"], **setting, "leaves": result["leaves"], "verdict": "", "probability": None,
+           **dict.fromkeys(("named", "exact", "there_before", "first_wrong", "further")), "outcome": "failed"}  # fmt: skip
     if report is None or control["report"] is None:
         return row
     before = names(control["report"], 0.0)
@@ -78,5 +78,6 @@ def by_group(rows):
         if part:
             out.append({"axis": axis, "value": value, "cases": len(part), "new": len(fresh),
                         "named": mean(r["named"] for r in fresh) if fresh else None,
-                        "first_wrong": mean(r["first_wrong"] for r in part), "further": mean(bool(r["further"]) for r in part)})  # fmt: skip
+                        "first_wrong": mean(r["first_wrong"] for r in part),
+                        "further": mean(bool(r["further"]) for r in part)})  # fmt: skip
     return out
