@@ -67,14 +67,29 @@ static inline void NAMED(rigid_leg)(const NAMED(controller) * c, const NAMED(fra
   }
 }
 
+/* Ratio, its slope a step and 1 / ratio at an angle, as curves: their knots lie at the same angles, which are looked up once. */
+static inline REAL NAMED(ratio)(const NAMED(joint) * j, REAL q, REAL *slope, REAL *inverse,
+                                uint32_t *saturated) {
+  REAL u, unused, ratio = UNIT_Q31;
+  int32_t i;
+
+  *slope = 0;
+  *inverse = UNIT_Q31;
+  if (j->ratio.n) {
+    TL_CURVE_LOCATE(&j->ratio, q, i, u);
+    ratio = NAMED(curve_cubic)(j->ratio.knot + i, u, slope, saturated);
+    if (j->inverse.n == j->ratio.n) *inverse = NAMED(curve_cubic)(j->inverse.knot + i, u, &unused, saturated);
+  }
+  return ratio;
+}
+
 /* The ankle's rotor in the joint's coordinate: Ima ka (ka q'' + ka' q'^2), the ratio as curve times scale;
  * c->rotor holds the square of the scale. slope: Q31 a step times Q24 steps a rad to Q27; Q27 times Q19 to Q19. */
-static inline REAL NAMED(rotor)(const NAMED(controller) * c, const NAMED(joint) * j, REAL q, REAL v, REAL a,
-                                uint32_t *saturated) {
-  REAL ratio = UNIT_Q31, slope = 0, turned;
+static inline REAL NAMED(rotor)(const NAMED(controller) * c, const NAMED(joint) * j, REAL ratio, REAL slope,
+                                REAL v, REAL a, uint32_t *saturated) {
+  REAL turned;
 
   UNUSED(saturated);
-  if (j->ratio.n) ratio = NAMED(curve_at)(&j->ratio, q, &slope, saturated);
   slope = SAT(MUL(slope, j->slope_per_rad, 28));
   turned = SAT(MUL(v, v, 31));
   turned = SAT(MUL(ratio, a, 31) + MUL(slope, turned, 27));
@@ -117,12 +132,12 @@ static inline REAL NAMED(friction)(const NAMED(joint) * j, REAL q, REAL v, REAL 
 static inline REAL NAMED(motor_torque)(const NAMED(controller) * c, const NAMED(frame) * at, int joint,
                                        NAMED(parts) * parts, uint32_t *saturated) {
   const NAMED(joint) *j = &c->joint[joint];
-  REAL q = at->angle_rad[joint], v = at->speed_rad_s[joint], inverse = UNIT_Q31, slope, load, sum;
+  REAL q = at->angle_rad[joint], v = at->speed_rad_s[joint], slope, inverse, load, sum;
+  REAL ratio = NAMED(ratio)(j, q, &slope, &inverse, saturated);
 
-  UNUSED(saturated);
   if (joint == 1)
-    parts->inertia_Nm[1] =
-        SAT((WIDE)parts->inertia_Nm[1] + NAMED(rotor)(c, j, q, v, at->acceleration[joint], saturated));
+    parts->inertia_Nm[1] = SAT((WIDE)parts->inertia_Nm[1] +
+                               NAMED(rotor)(c, j, ratio, slope, v, at->acceleration[joint], saturated));
   if (j->spring.n)
     parts->effects_Nm[joint] =
         SAT(parts->effects_Nm[joint] +
@@ -130,7 +145,6 @@ static inline REAL NAMED(motor_torque)(const NAMED(controller) * c, const NAMED(
   load = SAT((WIDE)parts->inertia_Nm[joint] + parts->gravity_Nm[joint]);
   parts->friction_Nm[joint] = NAMED(friction)(j, q, v, load, saturated);
   sum = SAT((WIDE)load + parts->friction_Nm[joint] + parts->effects_Nm[joint]);
-  if (j->inverse.n) inverse = NAMED(curve_at)(&j->inverse, q, &slope, saturated);
   return SAT(MUL(SAT(MUL(sum, inverse, 31)), j->inverse_scale, 26));
 }
 
@@ -264,7 +278,7 @@ static inline REAL NAMED(power_limit)(const NAMED(joint) * j, REAL v, uint32_t *
     line = j->power_Nm[i] - MUL(j->power_slope[i], speed, 22);
     most = line > most ? line : most;
   }
-  return HOLD(most);
+  return INSIDE(most, 0, j->torque_limit_Nm);
 }
 
 /* 1 far from the limit that this torque pushes towards, 0 at it and beyond: Q29 times Q22 to Q30 */

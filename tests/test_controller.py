@@ -274,6 +274,25 @@ def test_saturation_is_flagged():
     assert out.status & lib.TL_CONTROLLER_SATURATED and out.torque_Nm[0] == 0
 
 
+def test_an_inverse_with_other_knots_is_left_out():
+    """No model gives one: then 1 / ratio is its scale alone, and nothing is read beside its table."""
+    c, *_keep = prepared()
+    at, torque, parts = ffi.new("tl_controller_frame_f64 *"), ffi.new("double[2]"), ffi.new("tl_controller_parts_f64 *")
+    at.angle_rad = (0.2, 0.1)
+    c.joint[1].inverse.n -= 1
+    lib.tl_controller_torque_f64(c, at, torque, parts)
+    at_joint = parts.inertia_Nm[1] + parts.gravity_Nm[1] + parts.friction_Nm[1]
+    assert torque[1] == at_joint * c.joint[1].inverse_scale
+    for kind, real in (("f32", "float"), ("q31", "int32_t")):
+        other, knot = ffi.new(f"tl_controller_{kind} *"), ffi.new(f"tl_curve_knot_{kind}[]", KNOTS)
+        getattr(lib, f"tl_controller_to_{kind}")(c, knot, other)
+        frame, out = ffi.new(f"tl_controller_frame_{kind} *"), ffi.new(f"{real}[2]")
+        more = [ffi.new("uint32_t *")] if kind == "q31" else []
+        frame.angle_rad = [int(x * 2**29) for x in (0.2, 0.1)] if kind == "q31" else (0.2, 0.1)
+        getattr(lib, f"tl_controller_torque_{kind}")(other, frame, out, ffi.new(f"tl_controller_parts_{kind} *"), *more)
+        assert out[1] * (2.0**-26 if kind == "q31" else 1.0) == pytest.approx(torque[1], rel=1e-5)
+
+
 def test_currents_hold_what_droop_and_offset_hide(tmp_path):
     """A current is the torque, its offset and its droop over the constant; the limit keeps room for both."""
     offset, droop = ("current_offset", 0), ("torque_saturation", 0)

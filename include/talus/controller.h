@@ -61,7 +61,8 @@ enum { TL_CONTROLLER_USES_LOAD = 1, TL_CONTROLLER_USES_ASYMMETRY = 2, TL_CONTROL
 /* The types of one scalar; NAME stands for f64, f32 or q31. Bounds that fixed point needs are those of the formats.
  *
  * tl_controller_joint: a joint's numbers. Angles [rad], speeds [rad/s], torques at the joint unless "motor" says so.
- *   ratio, inverse     curves of d motor / d joint and its inverse over the joint angle, in [-1, 1]; n = 0: constant
+ *   ratio, inverse     curves of d motor / d joint and its inverse over the joint angle, in [-1, 1], both with knots at the
+ *                      same angles; n = 0: constant
  *   slow, fast         curves of the friction level over |speed| beside dry_Nm, below and above `slow_rad_s`
  *   spring, position   curves of the torque and of the friction level over the joint angle
  *   droop              curve of the motor torque that saturation hides over |motor torque|
