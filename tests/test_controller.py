@@ -283,14 +283,32 @@ def test_an_inverse_with_other_knots_is_left_out():
     lib.tl_controller_torque_f64(c, at, torque, parts)
     at_joint = parts.inertia_Nm[1] + parts.gravity_Nm[1] + parts.friction_Nm[1]
     assert torque[1] == at_joint * c.joint[1].inverse_scale
-    for kind, real in (("f32", "float"), ("q31", "int32_t")):
-        other, knot = ffi.new(f"tl_controller_{kind} *"), ffi.new(f"tl_curve_knot_{kind}[]", KNOTS)
-        getattr(lib, f"tl_controller_to_{kind}")(c, knot, other)
-        frame, out = ffi.new(f"tl_controller_frame_{kind} *"), ffi.new(f"{real}[2]")
-        more = [ffi.new("uint32_t *")] if kind == "q31" else []
-        frame.angle_rad = [int(x * 2**29) for x in (0.2, 0.1)] if kind == "q31" else (0.2, 0.1)
-        getattr(lib, f"tl_controller_torque_{kind}")(other, frame, out, ffi.new(f"tl_controller_parts_{kind} *"), *more)
-        assert out[1] * (2.0**-26 if kind == "q31" else 1.0) == pytest.approx(torque[1], rel=1e-5)
+    for kind in ("f32", "q31"):
+        assert law(c, kind, (0.2, 0.1))[0][1] == pytest.approx(torque[1], rel=1e-5)
+
+
+def test_tables_keep_their_ends():
+    """A spring's torque beyond the knee's range, and what the ankle's ratio makes of gravity beyond its own."""
+    c, *_keep = prepared([("parallel_spring", 0)])
+    for kind in ("f64", "f32", "q31"):
+        for side in (-1, 1):
+            near, far = (law(c, kind, (side * q, 0.0))[1] for q in (2.1, 2.5))
+            assert far == pytest.approx(near, rel=1e-5) and abs(far) > 1.0
+            near, far = (law(c, kind, (side * (1.5 - q), side * q))[0][1] for q in (0.6, 0.7))  # the foot's angle stays
+            assert far == pytest.approx(near, rel=1e-4) and far != 0.0
+
+
+def law(c, kind, angle):
+    """(motor torques, the knee's effects) [Nm] of a pose in a scalar."""
+    c_of, knot = (ffi.new(f"{name}_{kind}{more}") for name, more in (("tl_controller", " *"), ("tl_curve_knot", f"[{KNOTS}]")))
+    frame, parts = ffi.new(f"tl_controller_frame_{kind} *"), ffi.new(f"tl_controller_parts_{kind} *")
+    fixed = kind == "q31"
+    out = ffi.new({"f64": "double[2]", "f32": "float[2]", "q31": "int32_t[2]"}[kind])
+    frame.angle_rad = [int(q * 2**29) for q in angle] if fixed else angle
+    if kind != "f64":
+        getattr(lib, f"tl_controller_to_{kind}")(c, knot, c_of)
+    getattr(lib, f"tl_controller_torque_{kind}")(c if kind == "f64" else c_of, frame, out, parts, *([ffi.new("uint32_t *")] if fixed else []))
+    return [x * (2.0**-26 if fixed else 1.0) for x in out], parts.effects_Nm[0] * (2.0**-21 if fixed else 1.0)
 
 
 def test_currents_hold_what_droop_and_offset_hide(tmp_path):
