@@ -338,7 +338,7 @@ deps:
 check:
 	@tools/setup check
 	$(again) all test-programs lint
-	$(again) test
+	$(again) test PYTEST_FLAGS='-n $(JOBS) --dist loadfile $(PYTEST_FLAGS)'
 
 test: all test-programs
 	$(Q)$(run_env) $(PYTHON) -m pytest -m 'not long and not rig' $(PYTEST_FLAGS) $(TESTS)

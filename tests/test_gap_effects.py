@@ -9,7 +9,7 @@ from talus.diagnosis.experiment.menu import BEYOND, TRAJECTORIES
 
 DIAGNOSIS = REPOSITORY / "tools/talus/diagnosis"
 # the judge of the withheld cases draws effects in forms of its own and must not follow the diagnosis
-MAY_NAME_THEM = {REPOSITORY / "tools/talus/blind/effects.py", *DIAGNOSIS.glob("effects/*.py")}
+MAY_NAME_THEM = {REPOSITORY / "tools/talus/blind/effects.py", REPOSITORY / "tools/talus/known/spikes.py", *DIAGNOSIS.glob("effects/*.py")}
 COORDINATES = {"position", "velocity", "acceleration", "load", "current", "time", "reversal", "motor_angle", "frequency", "encoder"}
 
 

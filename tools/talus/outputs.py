@@ -45,3 +45,8 @@ def fill(file, path, chunks):
     with gzip.GzipFile(filename="", mode="wb", compresslevel=6, fileobj=file, mtime=0) as compressed:
         for chunk in chunks:
             compressed.write(chunk)
+
+
+def write_text(path, text):
+    """A text as a file, whole or not at all."""
+    write(path, [text.encode()])

@@ -34,6 +34,11 @@ def score_of(model, recording):
     return recording.score if recording.has_score else model.score
 
 
+def _fields(struct):
+    """A C struct's numbers by name."""
+    return {name: getattr(struct, name) for name in dir(struct)}
+
+
 class Recording:
     """Columns of one recording, by the contract's names, as float arrays of one length. `score` is a mapping with keys of
     a model file's `score:`, and goes before that of the model."""
@@ -49,14 +54,13 @@ class Recording:
         self.step_s = lib.tl_median_step(pointer(self.t), len(self.t), pointer(numpy.empty(len(self.t) - 1)))
 
     def __reduce__(self):
-        score = {name: getattr(self._score, name) for name in dir(self._score)} if self.has_score else None
-        return Recording, (self.columns, score)
+        return Recording, (self.columns, _fields(self._score) if self.has_score else None)
 
     def __eq__(self, other):
         if not isinstance(other, Recording):
             return NotImplemented
         same = list(self.columns) == list(other.columns) and self.has_score == other.has_score
-        return same and bytes(ffi.buffer(self._score)) == bytes(ffi.buffer(other._score)) and all(
+        return same and _fields(self._score) == _fields(other._score) and all(  # not by bytes: a struct has gaps
             numpy.array_equal(x, other.columns[name]) for name, x in self.columns.items())  # fmt: skip
 
     __hash__ = None  # its arrays can be changed

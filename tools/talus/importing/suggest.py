@@ -44,7 +44,7 @@ class Candidate:
         if self.kind is None or vocabulary.is_no_measurement(self.column.name):
             return None
         if vocabulary.is_ordered(self.column.name):
-            return "slider_command_m" if plant == "slider" and self.kind in ("angle", "length") else None
+            return vocabulary.ordered_column(plant, self.kind)
         return vocabulary.column_of(plant, self.kind, self.column.name)
 
     def why(self):

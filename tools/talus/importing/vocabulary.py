@@ -1,6 +1,9 @@
 """Which words of a header name which quantity, and which quantity is which column of which plant."""
 
+import functools
 import re
+
+from talus.model import Model
 
 # Whole words, and parts of words that languages put together ("Motorstrom"); the longest part decides.
 WHOLE = {
@@ -58,10 +61,27 @@ def is_no_measurement(name):
     return bool(NOT_MEASURED & set(words(name)))
 
 
+@functools.cache
+def _has_several_joints(plant):
+    return len(Model(plant).joints) > 1
+
+
+@functools.cache
+def _is_linear(plant):
+    """Does it move along a line, and not about an axis?"""
+    return Model(plant).coordinate_unit == "m"
+
+
+def ordered_column(plant, kind):
+    """The column of what such a quantity was ordered to be, or None."""
+    return "slider_command_m" if _is_linear(plant) and kind in ("angle", "length") else None
+
+
 def caution(plant, kind, name):
     """Why a quantity of this name may not be the recording's, or None."""
     said = set(words(name))
-    if plant == "pendulum" and kind in ("angle", "velocity") and said & {"motor", "rotor"}:
+    single = plant and not _has_several_joints(plant) and not _is_linear(plant)
+    if single and kind in ("angle", "velocity") and said & {"motor", "rotor"}:
         return "may be the rotor's (ratio x joint), and not the joint's"
     if kind == "current" and said & {"bus", "supply", "battery", "dc", "input"}:
         return "may be the supply's current, and not the motor's"
@@ -77,10 +97,10 @@ def column_of(plant, kind, name):
     if kind == "time" or kind == "valid":
         return {"time": "time_s", "valid": "valid"}[kind]
     if kind == "voltage":
-        return "bus_V" if plant != "slider" else None
-    if plant == "slider":
+        return "bus_V" if not _is_linear(plant) else None
+    if _is_linear(plant):
         return {"angle": "slider_m", "length": "slider_m", "force": "slider_force_N"}.get(kind)
-    if plant == "pendulum":
+    if not _has_several_joints(plant):
         return {"angle": "joint_rad", "velocity": "joint_velocity_rad_s", "current": "joint_current_A", "torque": "joint_torque_Nm",
                 "load": "joint_load_Nm", "temperature": "joint_temp_C"}.get(kind)  # fmt: skip
     joint = joint_of(name)

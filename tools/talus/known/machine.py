@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+import talus
 import yaml
 from scipy.signal import butter, filtfilt
 
@@ -83,7 +84,7 @@ class Machine:
 
     @property
     def slider(self):
-        return self.tree["plant"] == "slider"
+        return talus.Model(self.tree["plant"]).torque_unit == "N"
 
     @property
     def angle_column(self):

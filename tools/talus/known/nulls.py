@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+import talus
 
 from . import running
 
@@ -48,7 +49,7 @@ class Null:
         """talus-sim's, which makes the recording anew. Phases and noise come from the seed, the round and the case."""
         place = list(itertools.product(*AXES.values())).index(tuple(self.setting.values()))
         seed = int(np.random.SeedSequence([self.seed, self.round, place]).generate_state(1)[0])
-        bits = ["--encoder-bits", str(self.bits), *(["--ankle-bits", str(self.bits)] if self.plant == "leg" else [])]
+        bits = ["--encoder-bits", str(self.bits), *(["--ankle-bits", str(self.bits)] if "ankle" in talus.Model(self.plant).joints else [])]
         return [str(running.BUILD / "bin" / "talus-sim"), "--model", str(model_of(self.plant)), "--out", str(out),
                 "--excitation", self.excitation, "--fit", "--rate", str(self.rate_Hz), "--duration", str(self.length_s),
                 "--seed", str(seed), *bits]  # fmt: skip
