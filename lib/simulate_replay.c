@@ -51,13 +51,13 @@ static void gains(const tl_model *m, const tl_motion *at, int joints, double gai
 
 /* writes where the plant stands to a row; 0 where it has left the recorded motion altogether */
 static int shown(const tl_replay *r, const tl_simulation *s, const drive_between *d, size_t row, int joints) {
-  double torque[TL_MAX_JOINTS];
+  double torque[TL_MAX_JOINTS] = {0.0, 0.0};
   tl_motion seen;
   int j;
 
   tl_simulation_joints(r->model, s, &seen);
   driven(d, r->t_s[row] - r->t_s[0], &s->motion, torque);
-  for (j = 0; j < joints; j++) {
+  for (j = 0; j < joints && j < TL_MAX_JOINTS; j++) {
     r->q_out[j][row] = s->motion.q[j];
     r->v_out[j][row] = s->motion.v[j];
     r->joint_out[j][row] = seen.q[j];
