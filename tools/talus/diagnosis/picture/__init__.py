@@ -128,6 +128,7 @@ def _causes(out, report):
     of = lambda e: words.name(e["effect"]) + ("" if e["joint"] == "none" else f", {e['joint']}")  # noqa: E731
     out.bars("What could explain the gap", "probability", [[of(e), words.share(e["probability"])] for e in every],
              [e["probability"] for e in every], ["accent" if k == 0 else "measured" for k in range(len(every))])  # fmt: skip
+    out.paragraph(_calibration(report))
     with out.side_by_side():
         for number, effect in enumerate(report["effects"], 1):
             _effect(out, number, effect, report)
@@ -140,15 +141,33 @@ def _causes(out, report):
         out.table("What these recordings cannot show", ["effect", "joint", "why"], rows, words=True)
 
 
+def _calibration(report):
+    """How far the probabilities are set against these very recordings, and what they were seen through."""
+    seen = f"Rows and figures are seen through a low-pass of {report['lowpass']['hz']:.3g} Hz"
+    bias = report["lowpass"]["inertia_bias"]
+    seen += "." if bias is None else f"; there the sensors alone put the inertia {100 * bias:+.1f} % off."
+    if not report["calibrated"]:
+        return f"{seen} The probabilities are not calibrated on these recordings: there are no replicates of them."
+    steady = {True: " The named effect shows at half of that frequency, too.",
+              False: " At half of that frequency the named effect does not show: its probability is lowered."}  # fmt: skip
+    return (f"{seen}{steady.get(report['lowpass']['stable'], '')} What a gain is worth was told by {report['replicates']} "
+            "replicates of these recordings without any effect.")  # fmt: skip
+
+
 def _effect(out, number, effect, report):
     """What was added, with its parameters."""
     gap = report["gap"].get(effect["joint"]) or next(iter(report["gap"].values()))
     scale = Scale(gap["unit"], [effect["gap_before"], effect["gap_after"]])
     straight = words.is_linear(report)
-    rows = [[name, f"{value:.4g}", words.unit(name, straight)] for name, value in effect["parameters"].items()]
+    rows = [[name, _value(value, effect["interval"].get(name)), words.unit(name, straight)] for name, value in effect["parameters"].items()]
     rows += [["probability", words.share(effect["probability"]), ""], ["error before", scale.number(effect["gap_before"]), scale.unit],
              ["error after", scale.number(effect["gap_after"]), scale.unit]]  # fmt: skip
     out.table(f"{number}. {words.cause(effect['effect'], effect['joint'], straight)}", ["parameter", "value", "unit"], rows)
+
+
+def _value(value, interval):
+    """A parameter, with half of its 95 % interval where there is one."""
+    return f"{value:.4g}" if interval is None else f"{value:.4g} ± {0.5 * (interval[1] - interval[0]):.2g}"
 
 
 def _where(out, report):
