@@ -331,6 +331,7 @@ run_env = PYTHONPATH='$(CURDIR)/tools' TALUS_BUILD='$(abspath $(BUILD))' PYTHOND
   OPENBLAS_NUM_THREADS=1 PATH='$(abspath $(dir $(PYTHON))):'"$$PATH"
 TESTS ?= tests
 PYTEST_FLAGS ?=
+MARKED ?=
 
 deps:
 	@tools/setup check
@@ -338,10 +339,11 @@ deps:
 check:
 	@tools/setup check
 	$(again) all test-programs lint
-	$(again) test PYTEST_FLAGS='-n $(JOBS) --dist loadfile $(PYTEST_FLAGS)'
+	$(again) test MARKED='not builds' PYTEST_FLAGS='-n $(JOBS) --dist loadfile $(PYTEST_FLAGS)'
+	$(again) test MARKED=builds
 
 test: all test-programs
-	$(Q)$(run_env) $(PYTHON) -m pytest -m 'not long and not rig' $(PYTEST_FLAGS) $(TESTS)
+	$(Q)$(run_env) $(PYTHON) -m pytest -m 'not long and not rig$(if $(MARKED), and $(MARKED))' $(PYTEST_FLAGS) $(TESTS)
 
 check-long:
 	@tools/setup long

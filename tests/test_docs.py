@@ -162,6 +162,7 @@ def test_examples(page, folder):
 
 
 @pytest.mark.release
+@pytest.mark.builds
 @pytest.mark.parametrize("page", [page for page in PAGES if any(kind == "c" and not name for name, kind, _ in blocks(page))])
 def test_programs_in_c(page, folder, request):
     all_blocks = blocks(page)

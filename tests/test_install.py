@@ -8,7 +8,7 @@ import sys
 import pytest
 from support import REPOSITORY, make_variable
 
-pytestmark = pytest.mark.release
+pytestmark = [pytest.mark.release, pytest.mark.builds]
 
 PROGRAM = """
 #include <stdio.h>

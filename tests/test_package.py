@@ -7,7 +7,7 @@ import sys
 import pytest
 from support import REPOSITORY, make_variable, run
 
-pytestmark = pytest.mark.release
+pytestmark = [pytest.mark.release, pytest.mark.builds]
 SCRIPT = """
 import sys, talus
 model, recording = talus.Model.read(sys.argv[1]), talus.Recording.read(sys.argv[2])
