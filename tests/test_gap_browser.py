@@ -125,7 +125,11 @@ def test_tables_say_what_the_report_says(page, case):
     (effect,) = report["effects"]
     row = table(page, "1. viscous friction")
     for name, value in effect["parameters"].items():
-        assert float(row[name]["value"]) == pytest.approx(value, rel=1e-3)
+        shown, *half = (float(x) for x in row[name]["value"].split(" ± "))
+        assert shown == pytest.approx(value, rel=1e-3)
+        interval = effect["interval"].get(name)
+        assert half == ([] if interval is None else [pytest.approx((interval[1] - interval[0]) / 2, rel=0.06)])
+    assert effect["interval"], "no parameter has an interval"
     places = page_places(page)
     for one, (name, share, deviations) in zip(report["where"], places):
         assert name == f"{one['joint']}, {one['coordinate'].replace('_', ' ')}"

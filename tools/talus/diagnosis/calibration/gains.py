@@ -29,10 +29,10 @@ FLOOR = 8.0  # chi-square, added to gains: below it the logarithm tells noise ap
 class Calibration:
     """Gains of the best shape of every (effect, joint): `own` {key: gain} in the recordings, `gains` [{key: gain}] in each replicate;
     `excess`: {kind: mean chi-square over its freedom that noise and reconstruction leave there}; of the torques the part that
-    is not noise is `reconstruction`."""
+    is not noise is `reconstruction`. `least` is the gain that a search takes for an effect at all."""
 
-    def __init__(self, own, gains, excess, noise_excess):
-        self.own, self.gains, self.excess = own, gains, excess
+    def __init__(self, own, gains, excess, noise_excess, least=FLOOR):
+        self.own, self.gains, self.excess, self.least = own, gains, excess, least
         self.reconstruction = max(sum(x for kind, x in excess.items() if kind[0] == "T") - noise_excess, 0.0)
         self.keys = sorted(set(own).union(*gains))
 
@@ -62,12 +62,13 @@ class Calibration:
         return min((self.nothing(key, min(gain, self.own.get(key, gain))) for key in new), default=0.0)
 
     def nothing_at_all(self):
-        """Probability that the largest gain of all is nothing, by the largest of each replicate: a drive that sees its encoder's
-        steps, say, gives several effects a little that replicates do not have, but none of them much."""
+        """Probability that the largest gain of all is nothing, by the largest of each replicate. What is less than a search would
+        name is hardly a gap: a drive that sees its encoder's steps, say, gives several effects a little that replicates do not
+        have, but none of them much."""
         return self._probability(*self._largest(), 1)
 
     def _largest(self):
-        logs = [math.log(max(max(gains.values(), default=0.0), 0.0) + FLOOR) for gains in (self.own, *self.gains)]
+        logs = [math.log(max(max(gains.values(), default=0.0), 0.0) + self.least) for gains in (self.own, *self.gains)]
         middle, width = _lognormal(logs[1:])
         return (logs[0] - middle) / width, width
 
@@ -104,7 +105,7 @@ class Replicator:
             if len(found) < 2:
                 return None
             excess = {kind: float(np.mean([e[kind] for _, e in found])) for kind in search.dataset.kinds}
-            out = Calibration(own, [gains for gains, _ in found], excess, source.noise_excess())
+            out = Calibration(own, [gains for gains, _ in found], excess, source.noise_excess(), search.detection_threshold)
             if not SURE_BELOW < out.most_widths() < SURE_ABOVE:
                 break
         return out
