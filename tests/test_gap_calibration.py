@@ -42,7 +42,7 @@ def test_the_probability_is_the_formula_of_the_docs():
     logs = np.log(np.array(nulls) + gains.FLOOR)
     width = math.sqrt(np.var(logs, ddof=1) * (1 + 1 / 3) + gains.MISFIT**2)
     z = (math.log(own + gains.FLOOR) - logs.mean()) / width
-    null, other = norm.pdf(z) / width, norm.cdf(z) / gains.RANGE
+    null, other = norm.pdf(z) / width, norm.cdf(z - gains.VISIBLE) / gains.RANGE
     found = Calibration({KEY: own}, [{KEY: x} for x in nulls], {"T0": 0.0}, 0.0)
     assert found.nothing(KEY, own) == pytest.approx(null / (null + other), rel=1e-9)
     assert found.nothing_at_all() == pytest.approx(null / (null + other), rel=1e-9)

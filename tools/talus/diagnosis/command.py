@@ -226,7 +226,7 @@ def diagnose(options, step):
     through, dataset = looks.first(options.lowpass_hz, seed)
     finished, fit = search(dataset, list(model.base.values()), step, seed, replicated=not options.quick)
     step("half the low-pass")
-    verdict = judge(finished, fit, None if options.quick else looks.half_of(through))
+    verdict = judge(finished, fit, None if options.quick else looks.half_of(through), not through.cannot_be_fixed)
     step("maps")
     return report.diagnosis(finished, verdict, seed, findings, through), tree, model
 

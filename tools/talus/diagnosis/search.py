@@ -25,9 +25,7 @@ LIKELY_NOTHING = 0.5
 ALL_OF_IT, STEPS_OF_ALL, LEAST_Z_OF_ALL = 0.9, 10.0, 2.0
 SECOND_MUST_CLOSE = 0.45  # of what the first leaves
 LEFT_BY_A_FORM = 0.02  # of the whole excess: so much another form of the same effect may well leave
-SAME_JOINT_MUST_CLOSE = 0.66
 SINGLE_JOINT_LEAST_Z = 2.0  # recordings of one joint have few blocks
-SINGLE_JOINT_MUST_CLOSE = 0.3  # there is no other joint, and machines leave more than twins
 THIRD_MUST_CLOSE = 0.60
 CLOSED_ENOUGH = 0.01  # of the excess: no further effect is looked for
 SINGLE_JOINT_CLOSED_ENOUGH = 0.002  # a wrong constant beside a sensor closes nearly all, and what it hides is real
@@ -241,12 +239,15 @@ class Search:
 
     def is_worth_adding(self, before, after, share):
         """Is a further effect, the last of `after`, more than what another form of the effect at its joint would do?"""
-        added, joints = after.chosen[-1], {c.joint for c in before.chosen}
-        if self.dataset.joints == 1:
-            return self.significant(before, after, SINGLE_JOINT_MUST_CLOSE)
+        added, shaped = after.chosen[-1], {c.joint for c in before.chosen if self._has_other_forms(c)}
         left = (before.excess - self.tolerated) / max(self.plain.excess - self.tolerated, 1e-9)
-        near = left < LEFT_BY_A_FORM and (added.joint in joints or "base" in joints | {added.joint})
-        return self.significant(before, after, SAME_JOINT_MUST_CLOSE if near else share, STEPS_OF_A_FURTHER)
+        if left < LEFT_BY_A_FORM and (added.joint in shaped or "base" in shaped or (shaped and added.joint == "base")):
+            return False
+        return self.significant(before, after, share, STEPS_OF_A_FURTHER)
+
+    def _has_other_forms(self, candidate):
+        """A wrong constant has none."""
+        return sum(c.key == candidate.key for c in self.gram.candidates) > 1
 
     def is_nothing(self, before, after):
         """Is what a further effect gains likely nothing, by replicates that have the effects before it?"""

@@ -28,7 +28,7 @@ HOPELESS = 60.0  # twice the logarithm of the odds: a rival that has so much aga
 LEAST_PART_OF_ALL = 0.25  # of the excess, closed at one joint, for a verdict on that joint alone
 STEPS_WIDTH = 0.5
 MOST_OPEN_OF_A_PART = 0.5  # beside `unknown`: an effect that closes less is no part of the gap, but its imitation
-UNSTABLE_AT_MOST = 0.45  # of an effect that half the low-pass does not show
+UNSTABLE_AT_MOST = 0.45  # of an effect that half the low-pass does not show, or where the inertia is not known
 LEAST_PROBABILITY = 1e-4  # below it an alternative is not worth a line
 CONFUSABLE_ABOVE = 0.05
 
@@ -44,8 +44,7 @@ class Verdict:
         self.stable = None  # does it survive half the low-pass? None where nothing is named, or that was not tried
 
     def doubted(self):
-        """The same where the named effect does not survive another low-pass: no more likely than not, and still the first."""
-        self.stable = False
+        """The same where the named effect may be what the sensors did: no more likely than not, and still the first."""
         first, effect, joint = self.probabilities[0]
         rival = max((p for p, e, _ in self.probabilities[1:] if e != "unknown"), default=0.0)
         over = max(first - max(UNSTABLE_AT_MOST, rival), 0.0)
@@ -199,14 +198,15 @@ def rivals(search, fit):
     return [mine, *search.nearest_refined(found, len(mine.chosen) - 1, fit.excess)]
 
 
-def judge(search, fit, half=None):
+def judge(search, fit, half=None, inertia_known=True):
     """The verdict on a search's outcome, and the fit with the named effect in front. `half` makes the dataset through half the
-    low-pass, at which a named effect must show as well."""
+    low-pass, at which a named effect must show as well; where the sensors leave the inertia unknown, it may stand for that."""
     verdict = first_judgement(search, fit)
-    if half and verdict.effect not in ("none", "unknown"):
+    if verdict.effect in ("none", "unknown"):
+        return verdict
+    if half:
         verdict.stable = survives(search, verdict.fit, verdict.rivals, half())
-        return verdict if verdict.stable else verdict.doubted()
-    return verdict
+    return verdict if inertia_known and verdict.stable is not False else verdict.doubted()
 
 
 def first_judgement(search, fit):
