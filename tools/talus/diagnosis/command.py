@@ -192,6 +192,8 @@ def summary(found):
     for item in found["alternatives"][:3]:
         if item["probability"] >= 0.01:
             yield f"  or {words.at(item['effect'], item['joint'])}: probability {words.share(item['probability'])}"
+    if verdict["effect"] == "unknown" and found["nearest"]:
+        yield "nearest: " + "; ".join(words.nearest(one) for one in found["nearest"][:3])
     for joint, gap in found["gap"].items():
         unit = gap["unit"]
         known = "" if words.is_poor(found) else f", {gap['extended_rms']:.4g} with effects, {gap['noise_floor_rms']:.4g} noise"

@@ -5,6 +5,7 @@ import math
 
 from . import experiment, figures, motion
 from .hidden import not_observable
+from .nearest import nearest
 from .where import where
 from .words import linear
 
@@ -38,6 +39,7 @@ def diagnosis(search, verdict, seed, findings, through):
         "selection": "blocks",
         "calibrated": search.calibration is not None,
         "replicates": len(search.calibration.gains) if search.calibration else 0,
+        "nearest": nearest(search),
         "effects": [],
         "gap": figures.gap(dataset, before, after, seed),
         "motion": motion.motion(search, fit, before, after),
@@ -80,7 +82,7 @@ def withheld(identification, findings):
                       "noise_floor_rms": 0.0, "closed_fraction": 0.0, "reversal_rms": 0.0}  # fmt: skip
     return Diagnosis({"schema": SCHEMA, "verdict": {**entry(1.0, "unknown", "none"), "withheld": True}, "alternatives": [], "effects": [],
                       "lowpass": {"hz": None, "from": None, "stable": None, "inertia_bias": None}, "selection": "blocks",
-                      "calibrated": False, "replicates": 0,
+                      "calibrated": False, "replicates": 0, "nearest": [],
                       "gap": gap, "motion": {}, "where": [], "confusable": [], "not_observable": [],
                       "next_experiment": {"why": remedy(findings[0]), "trajectory": None, "needs": None, "parts": []},
                       "findings": entries(findings)})  # fmt: skip

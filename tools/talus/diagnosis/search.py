@@ -24,9 +24,10 @@ LIKELY_NOTHING = 0.5
 # an effect that few blocks show, and that explains all they have: slow ramps alone tell what happens near standstill
 ALL_OF_IT, STEPS_OF_ALL, LEAST_Z_OF_ALL = 0.9, 10.0, 2.0
 SECOND_MUST_CLOSE = 0.45  # of what the first leaves
-LEFT_BY_A_FORM = 0.02  # of the whole excess: so much another form of the same effect may well leave
+LEFT_BY_A_FORM = 0.02  # of what an effect explains: so much another form of it may well leave
 SINGLE_JOINT_LEAST_Z = 2.0  # recordings of one joint have few blocks
 THIRD_MUST_CLOSE = 0.60
+SINGLE_JOINT_THIRD_MUST_CLOSE = 0.45  # machines leave more than twins
 CLOSED_ENOUGH = 0.01  # of the excess: no further effect is looked for
 SINGLE_JOINT_CLOSED_ENOUGH = 0.002  # a wrong constant beside a sensor closes nearly all, and what it hides is real
 STEPS_OF_A_FURTHER = 2.5  # least steps; of 70 benches with two effects none that was true gained less than 3
@@ -239,9 +240,9 @@ class Search:
 
     def is_worth_adding(self, before, after, share):
         """Is a further effect, the last of `after`, more than what another form of the effect at its joint would do?"""
-        added, shaped = after.chosen[-1], {c.joint for c in before.chosen if self._has_other_forms(c)}
-        left = (before.excess - self.tolerated) / max(self.plain.excess - self.tolerated, 1e-9)
-        if left < LEFT_BY_A_FORM and (added.joint in shaped or "base" in shaped or (shaped and added.joint == "base")):
+        shaped = [c for c in before.chosen if self._has_other_forms(c) and is_near(c, after.chosen[-1])]
+        explained = self.fit([c for c in before.chosen if c not in shaped]).excess - before.excess
+        if before.excess - self.tolerated < LEFT_BY_A_FORM * explained:
             return False
         return self.significant(before, after, share, STEPS_OF_A_FURTHER)
 
@@ -271,7 +272,8 @@ class Search:
         if not self.is_worth_adding(best, second, SECOND_MUST_CLOSE) or self.is_nothing(best, second):
             return best
         if self._worth_more(second) and (third := self.scan(second.chosen)):
-            if self.is_worth_adding(second, third[0], THIRD_MUST_CLOSE) and not self.is_nothing(second, third[0]):
+            least = THIRD_MUST_CLOSE if self.dataset.joints > 1 else SINGLE_JOINT_THIRD_MUST_CLOSE
+            if self.is_worth_adding(second, third[0], least) and not self.is_nothing(second, third[0]):
                 return self.ordered(self.all_refined(third[0]))
         return self.ordered(second)
 
@@ -289,6 +291,11 @@ class Search:
         """The effect without which the rest is worst comes first."""
         without = [self.fit([c for c in fit.chosen if c is not one]).excess for one in fit.chosen]
         return self.fit([fit.chosen[i] for i in np.argsort(without)[::-1]])
+
+
+def is_near(one, other):
+    """Do two candidates act at the same joint, or one at what both stand on?"""
+    return one.joint == other.joint or "base" in (one.joint, other.joint)
 
 
 def over_blocks(gain, record):

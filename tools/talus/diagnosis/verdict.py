@@ -221,8 +221,9 @@ def first_judgement(search, fit):
     little = left_of_the_whole(search, fit)
     unknown = max(unknown, little)
     odds, others = Odds(search, fit), rivals(search, fit)
-    weight = [other.chosen[-1].weight(other.strengths[-1]) * odds.of(other) for other in others]
-    total = float(np.sum(weight))
+    without = search.fit(fit.chosen[1:])
+    weight = [o.chosen[-1].weight(o.strengths[-1]) * odds.of(o) * (1 - search.nothing(without, o)) for o in others]
+    total = float(np.sum(weight)) or 1.0
     nothing = nothing_there(search, fit)
     probabilities = [(w / total * (1 - unknown) * (1 - nothing), *o.chosen[-1].key) for w, o in zip(weight, others)]
     no_cause = without_cause(search, nothing, unknown, gap_remains)

@@ -46,6 +46,11 @@ def at(effect, joint):
     return name(effect) if joint == "none" else f"{name(effect)} at the {joint}"
 
 
+def nearest(one):
+    """What an effect alone would take away: an entry of GAP.json's `nearest`."""
+    return f"{at(one['effect'], one['joint'])} would close {100 * one['closes']:.0f} %"
+
+
 def linear(text):
     """Words or a unit of a rotary joint as those of one that moves straight: force for torque, N for Nm, m for rad."""
     text = text.replace("torque", "force")

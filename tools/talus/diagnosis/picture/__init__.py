@@ -133,6 +133,7 @@ def _causes(out, report):
     with out.side_by_side():
         for number, effect in enumerate(report["effects"], 1):
             _effect(out, number, effect, report)
+    _nearest(out, report)
     if report["confusable"]:
         rows = [[" and ".join(words.name(e) for e in one["effects"]), one["joint"], f"{one['separation']:.2f}"]
                 for one in report["confusable"]]  # fmt: skip
@@ -140,6 +141,16 @@ def _causes(out, report):
     if report["not_observable"]:
         rows = [[words.name(one["effect"]), one["joint"], one["why"]] for one in report["not_observable"]]
         out.table("What these recordings cannot show", ["effect", "joint", "why"], rows, words=True)
+
+
+def _nearest(out, report):
+    """What each effect alone would do."""
+    if not report["nearest"]:
+        return
+    beside = ["chi-square in replicates"] if report["calibrated"] else []
+    rows = [[words.at(one["effect"], one["joint"]), f"{100 * one['closes']:.0f} %", f"{one['gain']:.3g}",
+             *(f"{one['replicates']:.3g}" for _ in beside)] for one in report["nearest"]]  # fmt: skip
+    out.table("What each effect alone would take away", ["effect", "of the gap", "chi-square", *beside], rows)
 
 
 def _calibration(report):

@@ -1,0 +1,24 @@
+"""What each effect alone would take away of the gap, and what it takes away of replicates that have none."""
+
+import math
+
+from .calibration.gains import FLOOR, gains_beside
+
+MOST = 6
+
+
+def nearest(search):
+    """The (effect, joint) that gain most, each by its best shape of the grid: `gain` in chi-square, `replicates` the median of the
+    same there (None without any), `closes` the share of the plain model's excess."""
+    calibration = search.calibration
+    own = calibration.own if calibration else gains_beside(search, [])
+    ranked = sorted(((gain, key) for key, gain in own.items() if gain > 0), reverse=True)[:MOST]
+    return [{"effect": effect, "joint": joint, "gain": gain,
+             "replicates": replicates_gain(calibration, (effect, joint)) if calibration else None,
+             "closes": min(gain / search.plain.excess, 1.0) if search.plain.excess > 0 else 0.0}
+            for gain, (effect, joint) in ranked]  # fmt: skip
+
+
+def replicates_gain(calibration, key):
+    """The middle of what an (effect, joint) gains in replicates: never below nothing."""
+    return max(math.exp(calibration.width(key)[0]) - FLOOR, 0.0)
