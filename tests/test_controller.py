@@ -285,6 +285,19 @@ def test_saturation_is_flagged():
     assert out.status & lib.TL_CONTROLLER_SATURATED and out.torque_Nm[0] == 0
 
 
+def test_a_table_that_no_model_gives_is_flagged():
+    c, *_keep = prepared()
+    q, knot = ffi.new("tl_controller_q31 *"), ffi.new("tl_curve_knot_q31[]", KNOTS)
+    assert lib.tl_controller_to_q31(c, knot, q) == lib.TL_OK
+    frame, torque, parts = ffi.new("tl_controller_frame_q31 *"), ffi.new("int32_t[2]"), ffi.new("tl_controller_parts_q31 *")
+    saturated = ffi.new("uint32_t *")
+    for rise, expected in ((knot[0].rise, 0), (2**31 // 11, 1), (-(2**31), 1)):
+        for i in range(q.joint[1].ratio.n):
+            knot[i].rise = rise if expected else knot[i].rise
+        lib.tl_controller_torque_q31(q, frame, torque, parts, saturated)
+        assert saturated[0] == expected
+
+
 def test_an_inverse_with_other_knots_is_left_out():
     """No model gives one: then 1 / ratio is its scale alone, and nothing is read beside its table."""
     c, *_keep = prepared()

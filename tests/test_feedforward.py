@@ -3,6 +3,7 @@ effect was hidden in the bench, the plain model's. The bench is the twin, whose 
 
 import json
 import math
+import re
 
 import pytest
 import yaml
@@ -99,6 +100,30 @@ def test_nothing_is_held_back_within_the_limits(tmp_path):
     weak = json.loads((tmp_path / "weak.json").read_text())["runs"][1]
     assert weak["status_ticks"]["torque limit"] > 100
     assert weak["knee"]["feedforward_peak_current_A"] == pytest.approx(0.5, abs=1e-4 / 0.1031)  # a step of the bus's field
+
+
+def test_the_page_shows_what_the_report_says(tmp_path):
+    """The sentence, and lines whose peaks are between what the report says."""
+    models = (MODELS / "leg_cad.yaml", MODELS / "leg.yaml")
+    run("talus-feedforward", "--twin", MODELS / "leg_bench.yaml", "--play", GAIT, "--report", tmp_path / "r.json",
+        "--html", tmp_path / "p.html", *models)  # fmt: skip
+    fitted, text = json.loads((tmp_path / "r.json").read_text())["runs"][2], (tmp_path / "p.html").read_text()
+    left = [f"{fitted[joint]['error_percent_of_none']:.1f} %" for joint in JOINTS]
+    assert f"{left[0]} of the knee&#39;s and {left[1]} of the ankle&#39;s" in text.replace("'", "&#39;")
+    charts = json.loads(re.search(r'<script type="application/json"[^>]*>(.*?)</script>', text, re.DOTALL)[1])
+    assert len(charts) == 4  # angle above error, torque above its parts, of both joints
+    for joint, (angle, torque) in zip(JOINTS, (charts[:2], charts[2:]), strict=True):
+        error, parts = angle["below"], torque["below"]
+        assert [s["name"] for s in angle["series"]] == ["measured", "desired"] and angle["title"].startswith(joint)
+        assert len(error["series"]) == 3 and [s["name"] for s in torque["series"]] == ["feedforward", "feedback"]
+        assert [s["name"] for s in parts["series"]] == ["inertia", "gravity", "friction", "effects"]
+        none, _, peak = (max(map(abs, one["y"])) for one in error["series"])
+        assert 1e3 * fitted[joint]["error_rms_rad"] <= peak <= 0.25 * none
+        assert max(abs(v) for v in torque["series"][0]["y"]) == pytest.approx(0.1031 * fitted[joint]["feedforward_peak_current_A"], rel=0.02)
+    (tmp_path / "model.yaml").write_bytes(models[1].read_bytes())
+    said = run("talus-feedforward", "--twin", MODELS / "leg_bench.yaml", "--play", GAIT, "--html", "model.yaml", "model.yaml",
+               status=2, cwd=tmp_path).stderr  # fmt: skip
+    assert "--html" in said and (tmp_path / "model.yaml").read_bytes() == models[1].read_bytes()
 
 
 def test_the_same_every_time(tmp_path):
