@@ -63,7 +63,7 @@ void tl_controller_defaults(const tl_model *model, tl_controller_settings *setti
                                                         .acceleration_limit_rad_s2 = 150.0,
                                                         .slack_rad = 0.01,
                                                         .friction_fade_rad_s = 0.05,
-                                                        .friction_share = 0.9,
+                                                        .friction_share = 1.0,
                                                         .frozen_rad_s = 0.5};
     settings->joint[j].torque_limit_Nm = 20.0 * model->drive[j].torque_constant_Nm_A;
     settings->joint[j].rate_Nm_s = 1.25 * tl_controller_least_rate(settings, model, j);

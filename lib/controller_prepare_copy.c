@@ -185,6 +185,18 @@ static int sums_fit(const tl_controller_f64 *c) {
   return 1;
 }
 
+/* what a frame may differ from the last after stale_ticks: sums that a tick makes without looking at their range */
+static int ticks_fit(const tl_controller_f64 *c) {
+  double ticks = (double)(c->stale_ticks + 1);
+  int j;
+
+  for (j = 0; j < TL_CONTROLLER_JOINTS; j++)
+    if (!(c->joint[j].angle_step_rad * ticks + c->joint[j].angle_slack_rad < 3.99) ||
+        !(c->joint[j].speed_step_rad_s * ticks < 63.9))
+      return 0;
+  return 1;
+}
+
 /* controller_template.h adds up their products: 2 bits to spare */
 static int has_room(const tl_controller_q31 *c) {
   const int32_t most = (int32_t)1 << 29;
@@ -221,7 +233,7 @@ tl_status tl_controller_to_q31(const tl_controller_f64 *c, tl_curve_knot_q31 *kn
     made.joint[j].side = c->joint[j].side;
     made.joint[j].uses = c->joint[j].uses;
   }
-  if (saturated || !sums_fit(c) || !has_room(&made)) return TL_ERR_RANGE;
+  if (saturated || !sums_fit(c) || !ticks_fit(c) || !has_room(&made)) return TL_ERR_RANGE;
   *out = made;
   return TL_OK;
 }

@@ -98,12 +98,14 @@ static inline REAL NAMED(rotor)(const NAMED(controller) * c, const NAMED(joint) 
 
 /* The level of friction beside Coulomb's at this speed and angle: what the curves say, Q21. */
 static inline WIDE NAMED(friction_level)(const NAMED(joint) * j, REAL q, REAL speed, uint32_t *saturated) {
-  const NAMED(tl_curve) *curve = speed < j->slow_rad_s ? &j->slow : &j->fast;
   WIDE level = 0;
   REAL slope;
 
   UNUSED(saturated);
-  if (j->slow.n) level += MUL(NAMED(curve_at)(curve, speed, &slope, saturated), j->speed_scale, 31);
+  if (j->slow.n) {
+    const NAMED(tl_curve) *curve = speed < j->slow_rad_s ? &j->slow : &j->fast;
+    level += MUL(NAMED(curve_at)(curve, speed, &slope, saturated), j->speed_scale, 31);
+  }
   if (j->position.n) level += MUL(NAMED(curve_at)(&j->position, q, &slope, saturated), j->position_scale, 31);
   return level;
 }
@@ -159,8 +161,8 @@ static inline void NAMED(law)(const NAMED(controller) * c, const NAMED(frame) * 
 
 /* ---- frames --------------------------------------------------------------------- */
 
-/* Bits instead of && so that every frame takes the same time. */
-static inline int32_t NAMED(is_possible)(const NAMED(controller) * c, const NAMED(frame) * f) {
+/* 1 where a number is beyond what the joint can have. Bits instead of && so that every frame takes the same time. */
+static inline uint32_t NAMED(is_impossible)(const NAMED(controller) * c, const NAMED(frame) * f) {
   uint32_t excess = 0;
   int joint;
 
@@ -171,46 +173,43 @@ static inline int32_t NAMED(is_possible)(const NAMED(controller) * c, const NAME
     excess |= EXCESS(f->speed_rad_s[joint], j->speed_limit_rad_s);
     excess |= EXCESS(f->acceleration[joint], j->acceleration_limit);
   }
-  return !(excess >> 31);
+  return excess >> 31;
 }
 
-/* can the joint have got there since the last frame, `ticks` ago? In fixed point the sums are held. */
-static inline int32_t NAMED(is_near)(const NAMED(controller) * c, const NAMED(frame) * f,
+/* 1 where the joint cannot have got there since the last frame, `ticks` ago: at most stale_ticks + 1, for which
+ * tl_controller_to_q31 has seen that the sums fit. */
+static inline uint32_t NAMED(is_far)(const NAMED(controller) * c, const NAMED(frame) * f,
                                      const NAMED(frame) * last, int32_t ticks) {
   uint32_t excess = 0;
   int joint;
 
   for (joint = 0; joint < TL_CONTROLLER_JOINTS; joint++) {
     const NAMED(joint) *j = &c->joint[joint];
-    REAL way = HOLD((WIDE)j->angle_step_rad * (WIDE)ticks + j->angle_slack_rad);
-    REAL gain = HOLD((WIDE)j->speed_step_rad_s * (WIDE)ticks);
 
-    excess |= EXCESS_APART(f->angle_rad[joint], last->angle_rad[joint], way);
-    excess |= EXCESS_APART(f->speed_rad_s[joint], last->speed_rad_s[joint], gain);
+    excess |= EXCESS_APART(f->angle_rad[joint], last->angle_rad[joint],
+                           TIMES_TICKS(j->angle_step_rad, ticks, j->angle_slack_rad));
+    excess |= EXCESS_APART(f->speed_rad_s[joint], last->speed_rad_s[joint],
+                           TIMES_TICKS(j->speed_step_rad_s, ticks, 0));
   }
-  return !(excess >> 31);
+  return excess >> 31;
 }
 
 /* Takes a frame where it is good. Returns 1 then; 2 where it is good only because nothing is driven that could jump. */
 static inline int32_t NAMED(take)(const NAMED(controller) * c, const NAMED(frame) * f, NAMED(frame) * last,
-                                  int32_t *age, int32_t idle, int32_t begun, uint32_t *status) {
-  int32_t older = *age <= c->stale_ticks ? *age + 1 : *age, good;
-  int32_t ticks = older <= c->stale_ticks + 1 ? older : c->stale_ticks + 1;
-  int32_t fresh = (f->count - last->count - 1U < 0x7fffffffU) | !begun;
-  int32_t possible = NAMED(is_possible)(c, f), near = NAMED(is_near)(c, f, last, ticks);
-  const NAMED(frame) * from;
-  uint32_t count;
+                                  int32_t *age, uint32_t idle, uint32_t begun, uint32_t *status) {
+  int32_t older = (*age < c->stale_ticks ? *age : c->stale_ticks) + 1;
+  uint32_t fresh = (uint32_t)((int32_t)(f->count - last->count) > 0) | (begun ^ 1U);
+  uint32_t wrong = NAMED(is_impossible)(c, f), far = NAMED(is_far)(c, f, last, older);
+  uint32_t possible = fresh & (wrong ^ 1U), jumps = far & (idle ^ 1U), good = possible & (jumps ^ 1U);
+  const NAMED(frame) *from = good ? f : last;
+  uint32_t count = fresh ? f->count : last->count;
 
-  good = fresh & possible & (near | idle);
-  if (fresh & !possible) *status |= TL_CONTROLLER_IMPOSSIBLE;
-  if (fresh & possible & !near & !idle) *status |= TL_CONTROLLER_JUMP;
+  *status |= (fresh & wrong) * TL_CONTROLLER_IMPOSSIBLE | (possible & jumps) * TL_CONTROLLER_JUMP;
   /* copied in either case: the same time for both */
-  from = good ? f : last;
-  count = fresh ? f->count : last->count;
   *last = *from;
   last->count = count;
   *age = good ? 0 : older;
-  return good << !near;
+  return (int32_t)(good << far);
 }
 
 /* a motor that turns moves its angle: the frames in which it did not, while the speed is not small */
@@ -226,13 +225,13 @@ static inline int32_t NAMED(count_still)(const NAMED(joint) * j, int32_t still, 
  * Sender and receiver have clocks of their own: a tick without a new frame is no fault until it is stale. */
 static inline int32_t NAMED(receive)(const NAMED(controller) * c, NAMED(state) * s, const NAMED(input) * in,
                                      uint32_t *status) {
-  int32_t idle = s->level == 0, desired, measured, joint, most = c->stale_ticks + 1;
+  int32_t desired, measured, joint, most = c->stale_ticks + 1;
   REAL before[TL_CONTROLLER_JOINTS];
-  uint32_t wrong;
+  uint32_t idle = s->level == 0, begun = (uint32_t)s->begun, wrong;
 
   for (joint = 0; joint < TL_CONTROLLER_JOINTS; joint++) before[joint] = s->measured.angle_rad[joint];
-  desired = NAMED(take)(c, &in->desired, &s->desired, &s->desired_age, idle, s->begun & 1, status);
-  measured = NAMED(take)(c, &in->measured, &s->measured, &s->measured_age, idle, s->begun & 2, status);
+  desired = NAMED(take)(c, &in->desired, &s->desired, &s->desired_age, idle, begun & 1U, status);
+  measured = NAMED(take)(c, &in->measured, &s->measured, &s->measured_age, idle, begun >> 1, status);
   for (joint = 0; joint < TL_CONTROLLER_JOINTS; joint++)
     s->still[joint] =
         NAMED(count_still)(&c->joint[joint], s->still[joint], before[joint], s->measured.angle_rad[joint],
@@ -267,18 +266,17 @@ static inline REAL NAMED(level)(const NAMED(controller) * c, NAMED(state) * s, i
 /* ---- limits --------------------------------------------------------------------- */
 
 /* the most that the motor may do at this speed: the highest of the lines, not below 0. At low speed it lies above the torque
- * limit, which holds already */
+ * limit, which holds already. In fixed point at most 2 units of Q16 below the lines, never above. */
 static inline REAL NAMED(power_limit)(const NAMED(joint) * j, REAL v, uint32_t *saturated) {
-  REAL speed = SIZE(v, saturated);
-  WIDE most = 0, line;
+  REAL speed = SIZE(v, saturated), most = 0, line;
   int i;
 
   UNUSED(saturated);
   for (i = 0; i < TL_POWER_LINES; i++) {
-    line = j->power_Nm[i] - MUL(j->power_slope[i], speed, 22);
+    line = POWER_LINE(j->power_Nm[i], j->power_slope[i], speed);
     most = line > most ? line : most;
   }
-  return INSIDE(most, 0, j->torque_limit_Nm);
+  return POWER_OF_LINE(most, j->torque_limit_Nm);
 }
 
 /* 1 far from the limit that this torque pushes towards, 0 at it and beyond: Q29 times Q22 to Q30 */

@@ -53,14 +53,25 @@ static inline int64_t tl_product(int32_t a, int32_t b, int drop) {
 #define TL_FIXED_COS_4 26746
 #define TL_FIXED_2_PI 1367130551 /* 2 / pi in Q31 */
 
-/* One step of Horner's scheme: c + z p, z in Q32 [0, 2^30], p in Q30. |z p| / 2^32 <= |p| / 4, so from
- * |c|, |p| < 2^30.7 the sum stays below 2^31. */
+/* One step of Horner's scheme: c + z p / 2^32, rounded, in one multiplication that adds: c stands in the high word of the
+ * sum and a half below it. z in Q32 [0, 2^30], p in Q30: |z p| / 2^32 <= |p| / 4, so from |c|, |p| < 2^30.7 the result stays
+ * below 2^31 and the sum below 2^63. */
 static inline int32_t tl_horner(int32_t c, int32_t z, int32_t p) {
-  return c + (int32_t)tl_product(z, p, 32);
+  int64_t from = (int64_t)c * ((int64_t)1 << 32) + ((int64_t)1 << 31);
+
+  return (int32_t)((from + (int64_t)z * p) >> 32);
+}
+
+/* The same modulo 2^32, defined for all arguments. */
+static inline int32_t tl_horner_modulo(int32_t c, int32_t z, int32_t p) {
+  uint64_t sum = ((uint64_t)(uint32_t)c << 32 | 0x80000000U) + (uint64_t)((int64_t)z * p);
+
+  return (int32_t)(uint32_t)(sum >> 32);
 }
 
 /* 1. quarters = x 2 / pi: Q29 times Q31 is Q60; |x| <= 2^31 and 2^30.35 give 2^61.35.
- * 2. turn = quarters rounded to a whole number: [-3, 3]; r = quarters - turn in [-1/2, 1/2], rounded to Q31: [-2^30, 2^30].
+ * 2. turn = quarters rounded to a whole number: [-3, 3]; the bits below 1 are quarters - turn in [-1/2, 1/2), of which
+ *    the highest 32, signed, are cut off: Q32, [-2^31, 2^31 - 1]. Rounded to Q31: r in [-2^30, 2^30].
  * 3. z = r^2 in Q32: [0, 2^28 + 1] * 4 = [0, 2^30].
  * 4. Horner: every partial sum is below 1.5708 in Q30 < 2^30.7, and what is added is at most a quarter of one.
  * 5. sine = r p: |r| <= 2^30 in Q31 and p <= 1.5708 give at most 0.7854, and by the series 0.7072: below 2^31.
@@ -69,11 +80,9 @@ static inline int32_t tl_horner(int32_t c, int32_t z, int32_t p) {
  * Error: 2/pi rounded 2^-33 times |x| <= 4: 7.3e-10 rad; r rounded 3.7e-10 rad; products and sums 4.7e-10. */
 static inline void tl_sincos_fixed(int32_t angle_q29, int32_t *sine, int32_t *cosine) {
   int64_t quarters = (int64_t)angle_q29 * TL_FIXED_2_PI;
-  int32_t turn = (int32_t)((quarters + ((int64_t)1 << 59)) >> 60);
-  /* the lowest 60 bits of quarters + 1/2, less 1/2 */
-  int64_t rest =
-      (int64_t)((uint64_t)(quarters + ((int64_t)1 << 59)) & (((uint64_t)1 << 60) - 1)) - ((int64_t)1 << 59);
-  int32_t r = (int32_t)tl_drop(rest, 29), z = (int32_t)tl_drop((int64_t)r * r, 30), p, s, c;
+  int32_t turn = ((int32_t)(quarters >> 32) + ((int32_t)1 << 27)) >> 28;
+  int32_t rest = (int32_t)(uint32_t)((uint64_t)quarters >> 28);
+  int32_t r = (rest >> 1) + (rest & 1), z = (int32_t)tl_drop((int64_t)r * r, 30), p, s, c;
 
   p = tl_horner(TL_FIXED_SIN_3, z, TL_FIXED_SIN_4);
   p = tl_horner(TL_FIXED_SIN_2, z, p);

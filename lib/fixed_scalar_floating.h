@@ -11,6 +11,13 @@
 #define SAT(wide) (wide)
 #define HOLD(wide) (wide)
 #define INSIDE(wide, low, high) (wide)
+#define POWER_LINE(power, slope, speed) ((power) - (slope) * (speed))
+#define POWER_OF_LINE(line, limit) (line)
+#define TIMES_TICKS(step, ticks, slack) ((step) * (REAL)(ticks) + (REAL)(slack))
+#define CURVE_CHECK(d0, d1, rise) (void)(d1)
+#define ADD(a, b) ((a) + (b))
+#define LESS(a, b) ((a) - (b))
+#define ADD_PART(a, u, b) ((a) + (u) * (b))
 #define UNIT_Q30 ((REAL)1)
 #define UNIT_Q31 ((REAL)1)
 

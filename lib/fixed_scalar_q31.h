@@ -30,24 +30,46 @@ static inline int32_t tl_inside(int64_t wide, int32_t low, int32_t high) {
  * difference wherever that is within limit */
 #define EXCESS(x, limit) tl_excess((uint32_t)(x), (limit))
 #define EXCESS_APART(a, b, limit) tl_excess((uint32_t)(a) - (uint32_t)(b), (limit))
+/* Q26 less Q23 times Q25, in Q16: |.| <= 2^21 + 2^30 + 1; rounded down. Then no more than a limit, in Q26. */
+#define POWER_LINE(power, slope, speed) (((power) >> 10) - (int32_t)((int64_t)(slope) * (speed) >> 32) - 1)
+#define POWER_OF_LINE(line, limit) ((line) < (limit) >> 10 ? (line)*1024 : (limit))
+/* modulo 2^32, where it does not fit */
+#define TIMES_TICKS(step, ticks, slack) ((int32_t)((uint32_t)(step) * (uint32_t)(ticks) + (uint32_t)(slack)))
 #define UNIT_Q30 ((int32_t)1 << 30)
 #define UNIT_Q31 INT32_MAX
 
-/* Where x lies: knots i and i + 1, u in Q30, [0, 2^30].
+/* Where x lies: knots i and i + 1, u in Q31, [0, 2^31 - 1].
  * x - first is held in [0, span], span < 2^32; 2^up of it wraps in no valid curve, and is defined in any.
- * steps = it times per_step: at most 2^64 - 2^33 + 1, Q56. i = its whole part, at most 2^8, held in [0, n - 2].
- * What is left of steps then is below 2^64; in Q30 below 2^38, held in [0, 2^30]. */
+ * steps = it times per_step: at most 2^64 - 2^33 + 1, Q56. i = its whole part, below 2^8, held in [0, n - 2].
+ * What is left is below 1, or held there: its bits 25 to 55 are u. */
 #define TL_CURVE_LOCATE(c, x, i, u)                                                                          \
   do {                                                                                                       \
-    int64_t way_ = (int64_t)(x) - (c)->first;                                                                \
-    uint64_t steps_, rest_;                                                                                  \
-    way_ = way_ > 0 ? way_ : 0;                                                                              \
-    way_ = way_ < (int64_t)(c)->span ? way_ : (int64_t)(c)->span;                                            \
-    steps_ = (uint64_t)((uint32_t)way_ << ((c)->up & 31U)) * (c)->per_step;                                  \
-    (i) = (int32_t)(steps_ >> 56);                                                                           \
+    uint32_t way_ = (x) > (c)->first ? (uint32_t)(x) - (uint32_t)(c)->first : 0U, high_;                     \
+    uint64_t steps_;                                                                                         \
+    way_ = way_ < (c)->span ? way_ : (c)->span;                                                              \
+    steps_ = (uint64_t)(way_ << ((c)->up & 31U)) * (c)->per_step;                                            \
+    high_ = (uint32_t)(steps_ >> 32);                                                                        \
+    (i) = (int32_t)(high_ >> 24);                                                                            \
     (i) = (i) < (c)->n - 2 ? (i) : (c)->n - 2;                                                               \
-    rest_ = (steps_ - ((uint64_t)(uint32_t)(i) << 56)) >> 26;                                                \
-    (u) = rest_ < (uint64_t)1 << 30 ? (int32_t)rest_ : (int32_t)1 << 30;                                     \
+    high_ -= (uint32_t)(i) << 24;                                                                            \
+    (u) = high_ >> 24 ? INT32_MAX : (int32_t)(high_ << 7 | (uint32_t)steps_ >> 25);                          \
   } while (0)
+
+/* A curve's knots whose rises are beyond 2^31 / 12, which tl_curve_to_q31 lets through in no curve: flagged, and the curve
+ * is its left knot's value. The top bit of STEEP + x or STEEP - x is set where |x| > STEEP. */
+#define TL_STEEPEST_Q31 178956970U
+static inline uint32_t tl_steep(int32_t x) {
+  return (TL_STEEPEST_Q31 + (uint32_t)x) | (TL_STEEPEST_Q31 - (uint32_t)x);
+}
+#define CURVE_CHECK(d0, d1, rise)                                                                            \
+  do {                                                                                                       \
+    if ((tl_steep(d0) | tl_steep(d1) | tl_steep(rise)) >> 31) {                                              \
+      (d0) = (d1) = (rise) = 0;                                                                              \
+      *saturated = 1;                                                                                        \
+    }                                                                                                        \
+  } while (0)
+#define ADD(a, b) ((int32_t)((uint32_t)(a) + (uint32_t)(b))) /* modulo 2^32 */
+#define LESS(a, b) ((int32_t)((uint32_t)(a) - (uint32_t)(b)))
+#define ADD_PART(a, u, b) tl_horner_modulo((a), (u), ADD(b, b)) /* a + u b, u in Q31, |b| < 2^30 */
 
 #endif

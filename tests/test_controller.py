@@ -214,32 +214,43 @@ def test_friction_fades_around_standstill():
     for v in speeds:
         lib.tl_controller_torque_f64(loop.c, ffi.new("tl_controller_frame_f64 *", {"speed_rad_s": (v, 0.0)}), torque, parts)
         friction.append(parts.friction_Nm[0])
-    expected = 0.9 * (1.2 * numpy.clip(speeds / 0.05, -1, 1) + 0.45 * speeds)
+    expected = 1.2 * numpy.clip(speeds / 0.05, -1, 1) + 0.45 * speeds
     assert friction == pytest.approx(expected, abs=1e-15)
 
 
-def test_no_limit_cycle_at_standstill_with_less_friction_than_the_model():
-    """True friction is 30 % below the model's; a knee under feedforward and position control is pushed and comes to rest."""
-    model, loop = leg(), Loop(change=lambda s: setattr(s.joint[0], "friction_share", 1.0))
-    model.drive[0].coulomb_Nm *= 0.7
-    model.drive[1].coulomb_Nm *= 0.7
-    motion, torque = ffi.new("tl_motion *", {"q": (0.25, 0.1)}), ffi.new("double[2]")
-    speed = []
-    for tick in range(3000):
-        out = loop.tick(measured={"angle_rad": tuple(motion.q), "speed_rad_s": tuple(motion.v)})
-        for _ in range(20):  # 50 us steps; friction smooth below 1 mrad/s
+def driven(model, loop, creep_rad_s, seconds=3.0):
+    """Speeds of both joints after each tick, from a push: feedforward and a drive's position control, whose set-points creep from a
+    pose. Steps of 50 us; friction smooth below 1 mrad/s."""
+    motion, torque, speed = ffi.new("tl_motion *", {"q": (0.25, 0.1)}), ffi.new("double[2]"), []
+    ratio, slope = ffi.new("double *"), ffi.new("double *")
+    for tick in range(round(1000 * seconds)):
+        wanted = [at + 1e-3 * tick * v for at, v in zip((0.2, 0.1), creep_rad_s, strict=True)]
+        out = loop.tick(q=wanted, v=creep_rad_s, measured={"angle_rad": tuple(motion.q), "speed_rad_s": tuple(motion.v)})
+        for _ in range(20):
             for j, (p, d) in enumerate(((60.0, 3.0), (20.0, 0.6))):
                 motion.slip[j] = numpy.tanh(motion.v[j] / 1e-3)
-                ratio, slope = ffi.new("double *"), ffi.new("double *")
                 lib.tl_transmission_ratio(ffi.addressof(model.drive[j], "transmission"), motion.q[j], ratio, slope)
-                torque[j] = out.torque_Nm[j] + (p * ((0.2, 0.1)[j] - motion.q[j]) - d * motion.v[j]) / ratio[0]
+                feedback = p * (wanted[j] - motion.q[j]) + d * (creep_rad_s[j] - motion.v[j])
+                torque[j] = out.torque_Nm[j] + feedback / ratio[0]
             assert lib.tl_forward(model, torque, motion) == lib.TL_OK
             for j in range(2):
                 motion.v[j] += 5e-5 * motion.a[j]
                 motion.q[j] += 5e-5 * motion.v[j]
-        if tick >= 2000:
-            speed.append(max(abs(motion.v[0]), abs(motion.v[1])))
-    assert max(speed) <= 1e-3
+        speed.append(tuple(motion.v))
+    return numpy.array(speed)
+
+
+@pytest.mark.parametrize("of_model", [0.7, 0.0])
+@pytest.mark.parametrize("creep_rad_s", [(0.0, 0.0), (0.03, -0.02)])
+def test_no_limit_cycle_with_less_friction_than_the_model(of_model, creep_rad_s):
+    """At the default share, the true friction 30 % below the model's, and none at all: a leg that was pushed comes to rest, and where
+    it creeps, in the speeds over which compensation fades, it goes evenly."""
+    model = leg()
+    for j in range(2):
+        model.drive[j].coulomb_Nm *= of_model
+        model.drive[j].viscous_Nms_rad *= of_model
+    late = driven(model, Loop(), creep_rad_s)[2000:]
+    assert numpy.abs(late - creep_rad_s).max() <= 1e-3
 
 
 EVERY = sum(1 << k for k in range(12))  # of the status, but for SATURATED
@@ -272,6 +283,19 @@ def test_saturation_is_flagged():
     q.joint[0].dry_Nm = q.gravity_shank = 2**31 - 1
     lib.tl_controller_tick_q31(q, state, ffi.new("tl_controller_input_q31 *", (frame, frame, 1)), out)
     assert out.status & lib.TL_CONTROLLER_SATURATED and out.torque_Nm[0] == 0
+
+
+def test_a_table_that_no_model_gives_is_flagged():
+    c, *_keep = prepared()
+    q, knot = ffi.new("tl_controller_q31 *"), ffi.new("tl_curve_knot_q31[]", KNOTS)
+    assert lib.tl_controller_to_q31(c, knot, q) == lib.TL_OK
+    frame, torque, parts = ffi.new("tl_controller_frame_q31 *"), ffi.new("int32_t[2]"), ffi.new("tl_controller_parts_q31 *")
+    saturated = ffi.new("uint32_t *")
+    for rise, expected in ((knot[0].rise, 0), (2**31 // 11, 1), (-(2**31), 1)):
+        for i in range(q.joint[1].ratio.n):
+            knot[i].rise = rise if expected else knot[i].rise
+        lib.tl_controller_torque_q31(q, frame, torque, parts, saturated)
+        assert saturated[0] == expected
 
 
 def test_an_inverse_with_other_knots_is_left_out():

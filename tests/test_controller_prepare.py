@@ -63,7 +63,8 @@ def test_nothing_given_and_other_plants():
 LEG = {"shank_inertia": 17.0, "foot_inertia": 17.0, "coupling": -5.0, "rotor": 17.0, "gravity_shank": 1025.0, "gravity_foot": -300.0,
        "tilt_shank": 1025.0, "tilt_foot": -300.0}  # fmt: skip
 JOINTS = {"slope_per_rad": 129.0, "dry_Nm": 1025.0, "viscous": 65.0, "viscous_asymmetry": -65.0, "load_odd": 2.0, "spring_scale": 1025.0,
-          "torque_limit_Nm": 33.0, "speed_limit_rad_s": 65.0, "acceleration_limit": 4097.0, "amperes_per_Nm": 2049.0, "offset_Nm": 33.0}  # fmt: skip
+          "torque_limit_Nm": 33.0, "speed_limit_rad_s": 65.0, "acceleration_limit": 4097.0, "amperes_per_Nm": 2049.0, "offset_Nm": 33.0,
+          "angle_slack_rad": 3.95, "speed_step_rad_s": 13.0}  # fmt: skip
 
 
 @pytest.mark.parametrize(("where", "name", "value"), [

@@ -76,6 +76,17 @@ def test_a_wild_table_in_fixed_point_is_held_and_flagged():
     assert flags > 100
 
 
+@pytest.mark.parametrize(("end", "slope"), [(2**31 - 1, 2**27), (-(2**31), -(2**27))])
+def test_a_table_that_swings_beyond_the_range_is_held_and_flagged(end, slope):
+    """Knots at the range's end whose slopes are no steeper than a table's may be."""
+    knot = ffi.new("tl_curve_knot_q31[2]", [(end, slope), (end, slope)])
+    c = ffi.new("tl_curve_q31 *", (knot, 2, 0, 2**31, 0, 2**25))  # one step over 0 to 2^31
+    saturated, slope_out = ffi.new("uint32_t *"), ffi.new("int32_t *")
+    assert lib.tl_curve_at_q31(c, 2**29, slope_out, saturated) == end and saturated[0] == 1
+    saturated[0] = 0
+    assert lib.tl_curve_at_q31(c, 0, slope_out, saturated) == end and saturated[0] == 0
+
+
 @pytest.mark.parametrize(("n", "first", "step"), [(1, 0.0, 1.0), (130, 0.0, 1.0), (4, 0.0, 0.0), (4, float("nan"), 1.0)])
 def test_what_is_no_table_is_refused(n, first, step):
     knot, c = ffi.new("tl_curve_knot_f64[130]"), ffi.new("tl_curve_f64 *")

@@ -3,14 +3,15 @@ effect was hidden in the bench, the plain model's. The bench is the twin, whose 
 
 import json
 import math
+import re
 
 import pytest
+import yaml
 from support import REPOSITORY, run
 
 MODELS = REPOSITORY / "models"
 GAIT = MODELS / "gait.csv"
 JOINTS = ("knee", "ankle")
-WHOLE = ("--friction-share", 1)  # all of a model's friction, so that models are compared and not what is held back
 HIDDEN = {
     "asymmetric_friction": ("knee", "{coulomb_Nm: 0.3, viscous_Nms_rad: 0.1}"),
     "gravity_tilt": ("base", "{tilt_rad: 0.05}"),
@@ -19,7 +20,7 @@ HIDDEN = {
 
 def compare(folder, truth, *models):
     """{"none" or a model's file name: its run}, each run {joint: figures}."""
-    run("talus-feedforward", "--twin", truth, "--play", GAIT, *WHOLE, "--report", folder / "r.json", *models)
+    run("talus-feedforward", "--twin", truth, "--play", GAIT, "--report", folder / "r.json", *models)
     runs = json.loads((folder / "r.json").read_text())["runs"]
     return {(one["model"] or "none").rsplit("/", 1)[-1]: one for one in runs}
 
@@ -60,6 +61,21 @@ def test_the_identified_model_helps(tmp_path):
             assert fitted[figure] <= 0.60 * cad[figure]
 
 
+@pytest.mark.parametrize("of_model", [0.7, 1.3])
+def test_it_helps_with_other_friction_than_the_models(tmp_path, of_model):
+    """Oil that is warm, or cold: less than half of the error without feedforward is left, at the default share of friction."""
+    truth = tmp_path / "truth.yaml"
+    model = yaml.safe_load((MODELS / "leg_bench.yaml").read_text())
+    for joint in (model[name] for name in JOINTS):
+        joint["friction"] = {name: of_model * value for name, value in joint["friction"].items()}
+    truth.write_text(yaml.safe_dump(model))
+    runs = compare(tmp_path, truth, MODELS / "leg.yaml")
+    for joint in JOINTS:
+        left = runs["leg.yaml"][joint]["error_rms_rad"] / runs["none"][joint]["error_rms_rad"]
+        print(f"{joint}, {of_model} of the model's friction: {left:.3f} of none")
+        assert left <= 0.5
+
+
 @pytest.mark.parametrize("effect", HIDDEN)
 def test_an_effect_that_was_found_helps_more(tmp_path, effect):
     truth, recording = bench(tmp_path, effect)
@@ -84,6 +100,30 @@ def test_nothing_is_held_back_within_the_limits(tmp_path):
     weak = json.loads((tmp_path / "weak.json").read_text())["runs"][1]
     assert weak["status_ticks"]["torque limit"] > 100
     assert weak["knee"]["feedforward_peak_current_A"] == pytest.approx(0.5, abs=1e-4 / 0.1031)  # a step of the bus's field
+
+
+def test_the_page_shows_what_the_report_says(tmp_path):
+    """The sentence, and lines whose peaks are between what the report says."""
+    models = (MODELS / "leg_cad.yaml", MODELS / "leg.yaml")
+    run("talus-feedforward", "--twin", MODELS / "leg_bench.yaml", "--play", GAIT, "--report", tmp_path / "r.json",
+        "--html", tmp_path / "p.html", *models)  # fmt: skip
+    fitted, text = json.loads((tmp_path / "r.json").read_text())["runs"][2], (tmp_path / "p.html").read_text()
+    left = [f"{fitted[joint]['error_percent_of_none']:.1f} %" for joint in JOINTS]
+    assert f"{left[0]} of the knee&#39;s and {left[1]} of the ankle&#39;s" in text.replace("'", "&#39;")
+    charts = json.loads(re.search(r'<script type="application/json"[^>]*>(.*?)</script>', text, re.DOTALL)[1])
+    assert len(charts) == 4  # angle above error, torque above its parts, of both joints
+    for joint, (angle, torque) in zip(JOINTS, (charts[:2], charts[2:]), strict=True):
+        error, parts = angle["below"], torque["below"]
+        assert [s["name"] for s in angle["series"]] == ["measured", "desired"] and angle["title"].startswith(joint)
+        assert len(error["series"]) == 3 and [s["name"] for s in torque["series"]] == ["feedforward", "feedback"]
+        assert [s["name"] for s in parts["series"]] == ["inertia", "gravity", "friction", "effects"]
+        none, _, peak = (max(map(abs, one["y"])) for one in error["series"])
+        assert 1e3 * fitted[joint]["error_rms_rad"] <= peak <= 0.25 * none
+        assert max(abs(v) for v in torque["series"][0]["y"]) == pytest.approx(0.1031 * fitted[joint]["feedforward_peak_current_A"], rel=0.02)
+    (tmp_path / "model.yaml").write_bytes(models[1].read_bytes())
+    said = run("talus-feedforward", "--twin", MODELS / "leg_bench.yaml", "--play", GAIT, "--html", "model.yaml", "model.yaml",
+               status=2, cwd=tmp_path).stderr  # fmt: skip
+    assert "--html" in said and (tmp_path / "model.yaml").read_bytes() == models[1].read_bytes()
 
 
 def test_the_same_every_time(tmp_path):

@@ -23,7 +23,7 @@ struct controller_options {
   {                                                                                                          \
     .tick_s = 1e-3, .current_A = {20.0, 20.0}, .power_W = {200.0, 200.0},                                    \
     .low_rad = {-2.0, -TL_JOINT_RANGE_RAD}, .high_rad = {2.0, TL_JOINT_RANGE_RAD}, .fade_rad = 0.05,         \
-    .friction_share = 0.9                                                                                    \
+    .friction_share = 1.0                                                                                    \
   }
 
 /* rows of a program's table of options; of `asked`, a struct controller_options */
@@ -57,7 +57,7 @@ struct controller_options {
        "torque towards a stop fades over this way (default 0.05)"},                                            \
   {                                                                                                            \
     "friction-share", 0, CLI_NUMBER, &(asked).friction_share, 0, "X",                                          \
-        "of the model's friction that is compensated (default 0.9)"                                            \
+        "of the model's friction that is compensated (default 1)"                                              \
   }
 
 /* Not to be copied: the curves point into it. */

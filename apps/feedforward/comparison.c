@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "common/json_file.h"
+#include "common/output.h"
 
 enum { JOINTS = TL_CONTROLLER_JOINTS };
 
@@ -21,6 +22,7 @@ struct entries {
   int n;
   struct model_file truth;
   struct trajectory motion;
+  struct picture *picture; /* NULL: none */
 };
 
 /* ---- before ------------------------------------------------------------------------ */
@@ -41,10 +43,12 @@ static int read_models(const struct comparison *c, struct entries *all, struct a
 }
 
 static int run_all(const struct comparison *c, struct entries *all, struct app_error *error) {
-  const struct lockstep l = {&all->truth, &all->motion, c->speed_lag_s, c->seed};
+  const struct lockstep l = {
+      &all->truth, &all->motion, c->speed_lag_s, c->seed, all->picture ? picture_see : NULL, all->picture};
 
   for (int i = 0; i < all->n; i++) {
     struct entry *e = &all->entry[i];
+    if (all->picture) picture_begin(all->picture);
     if (lockstep_run(&l, i ? &e->file : NULL, i ? &e->controller : NULL, &e->result, error) != 0) return -1;
   }
   return 0;
@@ -121,17 +125,35 @@ static int write_report(const struct comparison *c, const struct entries *all, s
   return result;
 }
 
+static int write_page(const struct comparison *c, const struct entries *all, struct app_error *error) {
+  struct picture_run run[1 + COMPARISON_MODELS];
+
+  for (int i = 0; i < all->n; i++)
+    run[i] = (struct picture_run){i ? all->entry[i].path : "none", &all->entry[i].result};
+  return picture_write(all->picture, c->html, run, all->n, error);
+}
+
+static int run_and_write(const struct comparison *c, struct entries *all, struct app_error *error) {
+  if (c->html && output_probe(c->html, error) != 0) return -1;
+  all->picture = c->html ? picture_new(all->n) : NULL;
+  if (c->html && !all->picture) return app_fail(error, APP_FAILED, "out of memory");
+  if (run_all(c, all, error) != 0) return -1;
+  if (c->report && write_report(c, all, error) != 0) return -1;
+  return c->html ? write_page(c, all, error) : 0;
+}
+
 int comparison_run(const struct comparison *c, int models, char **model, struct app_error *error) {
   static struct entry entry[1 + COMPARISON_MODELS];
   static struct entries all;
-  int result = -1;
+  int result;
 
   all.entry = entry;
   all.n = 1 + models;
   for (int i = 0; i < models; i++) entry[1 + i].path = model[i];
   if (read_models(c, &all, error) != 0) return -1;
   if (trajectory_read(c->motion, &all.truth.model, NULL, &all.motion, error) != 0) return -1;
-  if (run_all(c, &all, error) == 0) result = c->report ? write_report(c, &all, error) : 0;
+  result = run_and_write(c, &all, error);
+  picture_free(all.picture);
   if (result == 0) print_table(&all);
   trajectory_free(&all.motion);
   return result;

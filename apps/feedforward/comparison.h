@@ -3,12 +3,12 @@
 #ifndef COMPARISON_H
 #define COMPARISON_H
 
-#include "lockstep.h"
+#include "picture.h"
 
-#define COMPARISON_MODELS 16
+#define COMPARISON_MODELS (PICTURE_RUNS - 1)
 
 struct comparison {
-  const char *truth, *motion, *report; /* paths; report: JSON, Nullable */
+  const char *truth, *motion, *report, *html; /* paths; report: JSON, html: a page; Nullable */
   double speed_lag_s;
   uint64_t seed;
   struct controller_options drives;

@@ -54,7 +54,6 @@ void feed_take(struct feed *f, const struct leg_bus_frame *frame) {
 
 /* the controller's call; the torque is held for a tick, so it is that of the tick's middle */
 static void feed_forward(struct feed *f, double t_s, int enable, double torque_Nm[TL_CONTROLLER_JOINTS]) {
-  tl_controller_output_f64 out;
   tl_motion desired;
 
   trajectory_at(f->motion, t_s + 0.5 * f->controller->settings.tick_s, &desired);
@@ -65,12 +64,12 @@ static void feed_forward(struct feed *f, double t_s, int enable, double torque_N
   }
   f->in.desired.count++;
   f->in.enable = enable && !f->stopped;
-  tl_controller_tick_f64(&f->controller->f64, &f->state, &f->in, &out);
+  tl_controller_tick_f64(&f->controller->f64, &f->state, &f->in, &f->out);
   for (int j = 0; j < TL_CONTROLLER_JOINTS; j++) {
-    torque_Nm[j] = out.torque_Nm[j];
+    torque_Nm[j] = f->out.torque_Nm[j];
     f->peak_Nm[j] = fmax(f->peak_Nm[j], fabs(torque_Nm[j]));
   }
-  for (int bit = 0; bit < FEED_STATUS_BITS; bit++) f->told[bit] += out.status >> bit & 1U;
+  for (int bit = 0; bit < FEED_STATUS_BITS; bit++) f->told[bit] += f->out.status >> bit & 1U;
 }
 
 void feed_tick(struct feed *f, double t_s, int enable, tl_motion *setpoint,

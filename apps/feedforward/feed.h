@@ -27,6 +27,7 @@ struct feed {
   double speed_lag_s;
   tl_controller_state_f64 state;
   tl_controller_input_f64 in;
+  tl_controller_output_f64 out; /* of the last tick */
   struct leg_bus_encoder encoder[TL_CONTROLLER_JOINTS];
   uint16_t counter[TL_CONTROLLER_JOINTS]; /* of the last state frames */
   int came[TL_CONTROLLER_JOINTS];         /* a state frame has come */

@@ -78,6 +78,31 @@ static void score(const struct bench *b, double t_s, struct lockstep_result *r) 
   r->ticks++;
 }
 
+/* the same tick for who looks on */
+static void show(const struct bench *b, double t_s) {
+  const tl_controller_parts_f64 *parts = &b->feed.out.parts;
+  struct lockstep_instant at = {.t_s = t_s};
+  tl_motion wanted, joints;
+
+  trajectory_at(b->asked->motion, t_s, &wanted);
+  tl_simulation_joints(b->twin.model, &b->twin.simulation, &joints);
+  for (int j = 0; j < JOINTS; j++) {
+    const double given = b->orders.last[j].torque_Nm;
+    const double total = b->twin.current_A[j] * b->asked->truth->model.drive[j].torque_constant_Nm_A;
+
+    at.joint[j] = (struct lockstep_joint_instant){.desired_rad = wanted.q[j],
+                                                  .measured_rad = b->feed.in.measured.angle_rad[j],
+                                                  .error_rad = wanted.q[j] - joints.q[j],
+                                                  .feedforward_Nm = given,
+                                                  .feedback_Nm = total - given,
+                                                  .inertia_Nm = parts->inertia_Nm[j],
+                                                  .gravity_Nm = parts->gravity_Nm[j],
+                                                  .friction_Nm = parts->friction_Nm[j],
+                                                  .effects_Nm = parts->effects_Nm[j]};
+  }
+  b->asked->see(b->asked->context, &at);
+}
+
 /* over every tick, in the motion and beside it */
 static void watch(const struct bench *b, struct lockstep_result *r) {
   for (int j = 0; j < JOINTS; j++) {
@@ -103,8 +128,10 @@ static tl_status tick(struct bench *b, unsigned long k, struct lockstep_result *
   if (status != TL_OK) return status;
   measure(b, (uint16_t)k, row);
   watch(b, r);
-  if (t_s >= 0.0 && t_s < trajectory_length_s(b->asked->motion))
+  if (t_s >= 0.0 && t_s < trajectory_length_s(b->asked->motion)) {
     score(b, row[TL_CHANNEL_TIME] - LOCKSTEP_LEAD_S, r);
+    if (b->asked->see) show(b, row[TL_CHANNEL_TIME] - LOCKSTEP_LEAD_S);
+  }
   return TL_OK;
 }
 

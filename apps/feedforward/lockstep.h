@@ -8,11 +8,25 @@
 
 #define LOCKSTEP_LEAD_S 1.0 /* at rest on the first row, before and after the motion */
 
+/* A tick of the motion, of one joint: what was wanted, and what came of it. */
+struct lockstep_joint_instant {
+  double desired_rad, measured_rad;                       /* measured: 0 without feedforward */
+  double error_rad;                                       /* trajectory less true joint angle */
+  double feedforward_Nm, feedback_Nm;                     /* of the motor */
+  double inertia_Nm, gravity_Nm, friction_Nm, effects_Nm; /* at the joint, what the model asks for */
+};
+struct lockstep_instant {
+  double t_s; /* of the motion */
+  struct lockstep_joint_instant joint[TL_CONTROLLER_JOINTS];
+};
+
 struct lockstep {
   const struct model_file *truth; /* with a `bus:` */
   const struct trajectory *motion;
-  double speed_lag_s; /* feed.h */
-  uint64_t seed;      /* of the sensors' noise */
+  double speed_lag_s;                                            /* feed.h */
+  uint64_t seed;                                                 /* of the sensors' noise */
+  void (*see)(void *context, const struct lockstep_instant *at); /* Nullable */
+  void *context;
 };
 
 /* A joint over the motion, RMS of all ticks. */

@@ -22,6 +22,7 @@ static const struct cli_option options[] = {
      "the bench is the simulated one of this model, in lock-step:\nno bus, no clock, every model in turn and "
      "none"},
     {"report", 0, CLI_TEXT, &twin.report, 0, "R.json", "--twin's figures as JSON too"},
+    {"html", 0, CLI_TEXT, &twin.html, 0, "P.html", "--twin's angles, errors and torques as a page"},
     {"can", 0, CLI_TEXT, &bus.can, 0, "IF", "the bench is on this CAN interface (models/leg.dbc)"},
     {"out", 'o', CLI_TEXT, &bus.session.out, 0, "REC[.log]",
      "--can: write REC.log (frames) and REC.jsonl (all else); required"},
@@ -57,21 +58,21 @@ static const struct cli_program program = {
 /* ---- the command line ------------------------------------------------------------- */
 
 static enum cli_result check_twin(int models, char **model) {
-  const struct cli_file result = {"report", twin.report};
+  const struct cli_file result[] = {{"report", twin.report}, {"html", twin.html}};
   enum cli_result answer;
 
   if (bus.session.out || bus.session.limits || bus.estop)
     return cli_complain("--out, --limits and --estop go with --can");
-  answer = cli_keep_input(&result, 1, twin.truth, "the bench's model");
-  if (answer == CLI_RUN) answer = cli_keep_input(&result, 1, motion, "the motion");
+  answer = cli_keep_input(result, 2, twin.truth, "the bench's model");
+  if (answer == CLI_RUN) answer = cli_keep_input(result, 2, motion, "the motion");
   for (int i = 0; i < models && answer == CLI_RUN; i++)
-    answer = cli_keep_input(&result, 1, model[i], "a model");
+    answer = cli_keep_input(result, 2, model[i], "a model");
   return answer;
 }
 
 static enum cli_result check_can(int models) {
   if (models != 1) return cli_complain("--can: expected one MODEL.yaml, found %d", models);
-  if (twin.report) return cli_complain("--report goes with --twin");
+  if (twin.report || twin.html) return cli_complain("--report and --html go with --twin");
   if (!bus.session.out || !bus.session.limits)
     return cli_complain("--can: needs %s", bus.session.out ? "--limits" : "--out");
   if (bus.session.play_latest_s <= 0.0 || bus.session.play_latest_s > 1e3)

@@ -55,7 +55,7 @@ typedef struct tl_controller_settings {
   tl_controller_joint_settings joint[TL_CONTROLLER_JOINTS];
 } tl_controller_settings;
 
-/* 1 kHz, 20 A, 200 W, stops at +-115 degrees (knee) and +-30 degrees (ankle), 90 % of friction, and 1.25
+/* 1 kHz, 20 A, 200 W, stops at +-115 degrees (knee) and +-30 degrees (ankle), all of the friction, and 1.25
  * times the least rate that these allow. The machine's own limits are its maker's: look at every one. */
 void tl_controller_defaults(const tl_model *model, tl_controller_settings *settings);
 /* The smallest rate [N m/s] at which the torque limit decays in time and the power limit can always be kept:
