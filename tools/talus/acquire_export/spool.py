@@ -131,9 +131,10 @@ class Spool:
             at, extent = at + count, extent + 1
         return rows
 
-    def chunks(self, size=CHUNK, first=0):
-        for begin in range(first, len(self), size):
-            yield self.read(begin, min(begin + size, len(self)))
+    def chunks(self, size=CHUNK, first=0, end=None):
+        end = len(self) if end is None else end
+        for begin in range(first, end, size):
+            yield self.read(begin, min(begin + size, end))
 
     def take(self, indices):
         """The rows of any indices; those that lie near each other cost one reading."""
