@@ -222,8 +222,9 @@ def odd_line(record, line, text):
 
 
 def series(path):
-    """The files of a record that was divided: REC.log, REC.001.log, ... as long as the next one is there."""
-    yield path
+    """The files of a record that was divided: REC.log, REC.001.log, ... as long as the next one is there; any of them may be
+    compressed (REC.log.gz)."""
+    yield f"{path}.gz" if os.path.exists(f"{path}.gz") and not os.path.exists(path) else path
     stem = re.sub(r"(\.log)?(\.gz)?$", "", path, count=1)
     for number in count(1):
         found = next((name for end in (".log", ".log.gz") if os.path.exists(name := f"{stem}.{number:03d}{end}")), None)
