@@ -127,7 +127,8 @@ class Stream:
     def rows(self, life=None):
         """Chunks of `ordered`, or of one life in it, with the numbers that the group of this stream counts by."""
         for rows in self.ordered.chunks() if life is None else self.ordered.chunks(CHUNK, *self.place_of(life)):
-            rows = rows[self.used[rows["life"]]]
+            used = self.used[rows["life"]]
+            rows = rows if used.all() else rows[used]
             rows["number"] += self.shift[rows["life"]]
             yield rows
 
@@ -147,8 +148,8 @@ class Stream:
     def usable(self, field):
         """Chunks of the frames that have all their bytes, and the signal, in the order of their numbers."""
         for rows in self.rows():
-            rows = rows[rows["whole"]]
-            yield rows[self.message.holds(field.name, rows["data"])]
+            good = rows["whole"] & self.message.holds(field.name, rows["data"])
+            yield rows if good.all() else rows[good]
 
     def has(self, field):
         return any(len(rows) for rows in self.usable(field))
