@@ -323,7 +323,7 @@ $(BUILD)/python/talus_macros.h: $(BUILD)/python/talus_cdef.h
 
 # ---- check, show, measure ---------------------------------------------------
 
-.PHONY: deps check check-san check-long check-coverage cover check-arch test test-san test-long fuzz rig test-rig lint demo paper blind nulls spike bench
+.PHONY: deps check check-san check-long check-coverage cover check-arch test test-san test-long fuzz rig test-rig tsan lint demo paper blind nulls spike bench
 # What a goal needs is installed first; then make starts anew, because what this
 # run found out about compilers and packages may no longer be true.
 again = +$(Q)$(MAKE) --no-print-directory $(if $(findstring jobserver,$(MAKEFLAGS)),,-j$(JOBS))
@@ -365,7 +365,11 @@ rig:
 	@tools/setup rig
 	$(again) test-rig
 
-test-rig: all test-programs
+# talus-acquire under the thread sanitizer, for the rig's tests of it
+tsan:
+	$(again) BUILD=$(BUILD)/tsan SANITIZE=thread CFLAGS='-O1 -g' $(BUILD)/tsan/bin/talus-acquire
+
+test-rig: all test-programs tsan
 	$(Q)PYTHON='$(PYTHON)' TALUS_BUILD='$(abspath $(BUILD))' tools/rig/run can $(PYTEST_FLAGS)
 	$(Q)PYTHON='$(PYTHON)' TALUS_BUILD='$(abspath $(BUILD))' tools/rig/run gpio $(PYTEST_FLAGS)
 
