@@ -111,6 +111,8 @@ class Findings:
     def take_stream(self, stream, zero_ns):
         self.messages.append(report.stream_entry(stream))
         self.lost += report.words_of(stream, report.LOST, zero_ns)
+        if stream.outside:
+            self.lost.append(f"{stream.name}: {stream.outside} frames left out: their stretches between new beginnings are short, or fit to no other's")
         self.notes += report.words_of(stream, [kind for kind in report.WORDS if kind not in report.LOST], zero_ns)
         self.not_listed += stream.faults.not_listed
 

@@ -50,15 +50,14 @@ def rises(life, stamp_of):
 
 
 def shared(spans):
-    """spans: of each stream a list of (life, first stamp, last stamp). Answers for each life of the sender {stream: its life},
-    in the order of time: lives that lie beside each other for more than half of the shorter one are the same. Where a message
-    has two in one of another's (its restart was not seen there), the longer one counts."""
+    """spans: of each stream a list of (life, first stamp, last stamp). Answers for each life of the sender {stream: [(its life, how
+    long it lasts)]}, in the order of time: lives that lie beside each other for more than half of the shorter one are the same.
+    A message may have several in one of another's: it was interrupted, or its restart was not seen there."""
     joined = []
     for begin, end, stream, life in sorted((begin, end, k, life) for k, own in enumerate(spans) for life, begin, end in own):
         if not joined or joined[-1]["end"] - begin <= 0.5 * min(end - begin, joined[-1]["end"] - joined[-1]["begin"]):
             joined.append({"begin": begin, "end": end, "members": {}})
         last = joined[-1]
         last["end"] = max(last["end"], end)
-        if end - begin > last["members"].get(stream, (0, -1))[1]:
-            last["members"][stream] = (life, end - begin)
-    return [{stream: life for stream, (life, _) in one["members"].items()} for one in joined]
+        last["members"].setdefault(stream, []).append((life, end - begin))
+    return [one["members"] for one in joined]

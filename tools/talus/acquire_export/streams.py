@@ -132,6 +132,11 @@ class Stream:
             rows["number"] += self.shift[rows["life"]]
             yield rows
 
+    @property
+    def outside(self):
+        """How many frames are in no life that counts."""
+        return len(self.frames) - sum(end - first for (first, end), used in zip(self.lives, self.used, strict=True) if used)
+
     def place_of(self, life):
         """Its first row of `ordered`, and the first behind it."""
         return tuple(self.ordered.search("life", life, side) for side in ("left", "right"))

@@ -40,7 +40,8 @@ class Column:
 
     def parts(self, rows):
         """Where those of each life of the sender stand in `rows` (a spool with the column `number`): (first, end)."""
-        places = [*(rows.search("number", number) for number in self.stream.first_numbers()), len(rows)]
+        begins = self.group.begins if self.group else self.stream.first_numbers()
+        places = [*(rows.search("number", number) for number in begins), len(rows)]
         places[0] = 0
         return [(first, end) for first, end in zip(places, places[1:], strict=False) if end > first]
 

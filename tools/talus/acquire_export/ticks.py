@@ -3,18 +3,19 @@ lives."""
 
 import numpy as np
 
-from .clock import tick_line
+from .clock import MOST_DRIFT, tick_line
 from .lives import shared
 from .spool import interpolate
 
+DELAY_S = 0.02  # by which a frame may come late and still be known by its stamp
+
 
 class Life:
-    """One life of a group's sender: which life of each stream it is, and its ticks."""
+    """One life of a group's sender, {stream: lives of it}, and its ticks."""
 
     def __init__(self, members, store):
-        self.members = members  # {stream: its life}
         self.points = store.spool([("number", "i8"), ("stamp_ns", "i8")])
-        self.zero_ns = min(self.earliest(rows) for rows in merge([trusted(*member) for member in members.items()]))
+        self.zero_ns = min(self.earliest(rows) for rows in merge([trusted_in(*member) for member in members.items()]))
 
     def earliest(self, rows):
         """Appends each number's earliest stamp; the earliest of all."""
@@ -42,7 +43,7 @@ class TickGroup:
         self.streams, self.period_s = streams, streams[0].message.cycle_s
         self.lives, self.begins, end = [], [], None  # begins: their first numbers
         for members in lives_of(streams):
-            first, end = put_behind(members, end, self.period_s)
+            first, end = put_behind(members, end)
             self.begins.append(first)
             self.lives.append(Life(members, store))
         self.zero_ns = min(life.zero_ns for life in self.lives)
@@ -60,16 +61,49 @@ class TickGroup:
 
 
 def lives_of(streams):
-    """{stream: life} of each life of the sender; what is in none is used no longer."""
+    """{stream: lives of it} of each life of the sender; what is in none is used no longer."""
     spans = [[(life, *span_ns(stream, life)) for life in range(len(stream.lives)) if next(trusted(stream, life), None) is not None]
              for stream in streams]  # fmt: skip
-    found = [{streams[k]: life for k, life in members.items()} for members in shared(spans)]
+    found = [placed({streams[k]: lives for k, lives in members.items()}) for members in shared(spans)]
     for stream in streams:
         stream.used[:] = False
     for members in found:
-        for stream, life in members.items():
-            stream.used[life] = True
+        for stream, lives in members.items():
+            stream.used[lives] = True
     return found
+
+
+def placed(members):
+    """Shifts the numbers of one life of the sender: all count the same ticks, by whole turns of their counters. Of several lives
+    of a message the longest counts, and those that count the same ticks as it does."""
+    of_all = [(length, stream, life) for stream, lives in members.items() for life, length in lives]
+    _, stream, life = max(of_all, key=lambda one: one[0])
+    reference = stream.span_of(life)[0]
+    return {stream: in_step(stream, lives, reference) for stream, lives in members.items()}
+
+
+def in_step(stream, lives, reference):
+    longest, kept, end = max(lives, key=lambda one: one[1])[0], [], None
+    for life, _ in lives:
+        first, last = stream.span_of(life)
+        stream.shift[life], fits = shift_of(stream, first, reference)
+        behind = end is None or first["number"] + stream.shift[life] > end
+        if life == longest and not behind:
+            kept.clear()
+        if life == longest or fits and behind:
+            kept.append(life)
+            end = last["number"] + stream.shift[life]
+    return kept
+
+
+def shift_of(stream, at, reference):
+    """(what the number of a frame lacks, is it then where its stamp says)."""
+    period_s, turn = stream.message.cycle_s, 1 << stream.message.counter_bits
+    time_s = (int(at["stamp_ns"]) - int(reference["stamp_ns"])) / 1e9
+    apart = time_s / period_s - (int(at["number"]) - int(reference["number"]))
+    shift = turn * round(apart / turn)
+    tolerance_s = DELAY_S + MOST_DRIFT * abs(time_s)
+    return shift, abs(apart - shift) * period_s < min(tolerance_s, turn * period_s / 16)
 
 
 def span_ns(stream, life):
@@ -78,22 +112,20 @@ def span_ns(stream, life):
     return int(first["stamp_ns"]), int(last["stamp_ns"] + 1e9 * stream.message.cycle_s)
 
 
-def put_behind(members, end, period_s):
-    """Shifts the numbers of a life's streams: all count the same ticks, by whole turns of their counters, and stand behind the life
-    before, which ended at `end`. Answers its first number, and the number behind its last."""
-    spans = {stream: stream.span_of(life) for stream, life in members.items()}
-    first = next(iter(spans.values()))[0]
-    shifts = {}
-    for stream, (at, _) in spans.items():
-        turn = 1 << stream.message.counter_bits
-        time = (int(at["stamp_ns"]) - int(first["stamp_ns"])) / 1e9 / period_s
-        apart = time - (int(at["number"]) - int(first["number"]))
-        shifts[stream] = turn * round(apart / turn)
-    least = min(int(at["number"]) + shifts[stream] for stream, (at, _) in spans.items())
+def put_behind(members, end):
+    """Numbers of a life stand behind those of the life before, which ended at `end`. Answers its first number, and the number behind
+    its last."""
+    spans = [[int(row["number"] + stream.shift[life]) for row in stream.span_of(life)] for stream, lives in members.items() for life in lives]
+    least, most = min(first for first, _ in spans), max(last for _, last in spans)
     more = 0 if end is None else end - least
-    for stream, life in members.items():
-        stream.shift[life] = shifts[stream] + more
-    return least + more, max(int(last["number"]) + shifts[stream] for stream, (_, last) in spans.items()) + more + 1
+    for stream, lives in members.items():
+        stream.shift[lives] += more
+    return least + more, most + more + 1
+
+
+def trusted_in(stream, lives):
+    for life in lives:
+        yield from trusted(stream, life)
 
 
 def trusted(stream, life=None):
