@@ -323,7 +323,7 @@ $(BUILD)/python/talus_macros.h: $(BUILD)/python/talus_cdef.h
 
 # ---- check, show, measure ---------------------------------------------------
 
-.PHONY: deps check check-san check-long check-coverage cover check-arch test test-san test-long rig test-rig lint demo paper blind nulls spike bench
+.PHONY: deps check check-san check-long check-coverage cover check-arch test test-san test-long fuzz rig test-rig tsan lint demo paper blind nulls spike bench
 # What a goal needs is installed first; then make starts anew, because what this
 # run found out about compilers and packages may no longer be true.
 again = +$(Q)$(MAKE) --no-print-directory $(if $(findstring jobserver,$(MAKEFLAGS)),,-j$(JOBS))
@@ -353,12 +353,23 @@ check-long:
 test-long: all test-programs
 	$(Q)$(run_env) $(PYTHON) -m pytest -m 'long and not rig' $(PYTEST_FLAGS) $(TESTS)
 
+# Mutated records, events files and DBCs for the export (tests/test_export_fuzz.py). 100,000 take about 45 minutes.
+fuzz: SEED := 1
+fuzz: COUNT := 100000
+fuzz: all
+	@echo 'SEED=$(SEED) COUNT=$(COUNT)'
+	$(Q)$(run_env) TALUS_FUZZ=$(COUNT) TALUS_FUZZ_SEED=$(SEED) $(PYTHON) -m pytest -q -m long tests/test_export_fuzz.py
+
 # What needs a kernel with CAN and GPIO: in guests, where this machine has none (docs/rig.md).
 rig:
 	@tools/setup rig
 	$(again) test-rig
 
-test-rig: all test-programs
+# talus-acquire under the thread sanitizer, for the rig's tests of it
+tsan:
+	$(again) BUILD=$(BUILD)/tsan SANITIZE=thread CFLAGS='-O1 -g' $(BUILD)/tsan/bin/talus-acquire
+
+test-rig: all test-programs tsan
 	$(Q)PYTHON='$(PYTHON)' TALUS_BUILD='$(abspath $(BUILD))' tools/rig/run can $(PYTEST_FLAGS)
 	$(Q)PYTHON='$(PYTHON)' TALUS_BUILD='$(abspath $(BUILD))' tools/rig/run gpio $(PYTEST_FLAGS)
 
@@ -538,6 +549,7 @@ help:
 	@echo 'make check-coverage branches of the controller that its tests take'
 	@echo 'make check-san     tests under the address and undefined-behaviour sanitizers'
 	@echo 'make check-long    the long tests, and those of make rig'
+	@echo 'make fuzz          mutated inputs for the export: COUNT of them, from SEED on'
 	@echo 'make rig           tests on a real kernel with CAN and GPIO, in guests where this one has none'
 	@echo 'make paper         reproduce the source paper on one page'
 	@echo 'make blind         how often talus-gap is right on withheld effects; SEED, COUNT, JOBS'

@@ -27,7 +27,7 @@ def follow(counter, bits, time_ns, period_s=0.0, same=lambda a, b: True, chunk=1
     def find(number):
         return next((int(k[n == number][0]) for n, k in kept if (n == number).any()), None)
 
-    follower = Follower(bits, period_s, same, Outputs(lambda n, k: kept.append((n, k.copy())), trusted.append, find, faults))
+    follower = Follower(bits, period_s, same, Outputs(lambda n, k: kept.append((n, k.copy())), trusted.append, find, lambda index: None, faults))
     counter, time_ns = np.asarray(counter), np.asarray(time_ns)
     for first in range(0, len(counter), chunk):
         end, low = min(first + chunk, len(counter)), max(first - 1, 0)

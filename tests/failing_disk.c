@@ -1,5 +1,6 @@
 /* failing_disk.c: preloaded, it is a disk that takes all writes into memory and fails behind them, as a thin device does that
- * is full, or a memory card that dies. From call number $FAILING_SYNC on files "*.log" on, fdatasync answers EIO once; what
+ * is full, or a memory card that dies. At call number $FAILING_SYNC on files whose names end with
+ * $FAILING_NAME ("*.log"), fdatasync answers EIO once; what
  * was not on the disk until then is gone from the file, and later calls succeed, as the kernel does it. */
 #define _GNU_SOURCE
 
@@ -13,12 +14,13 @@
 
 typedef int sync_function(int);
 
-static int is_log(int fd) {
+static int is_meant(int fd) {
   char name[64], path[4096];
+  const char *end = getenv("FAILING_NAME") ? getenv("FAILING_NAME") : ".log";
   snprintf(name, sizeof name, "/proc/self/fd/%d", fd);
   const ssize_t n = readlink(name, path, sizeof path - 1);
   path[n > 0 ? n : 0] = '\0';
-  return n > 4 && strcmp(path + n - 4, ".log") == 0;
+  return n > (ssize_t)strlen(end) && strcmp(path + n - strlen(end), end) == 0;
 }
 
 enum { FILES = 64 };
@@ -41,7 +43,7 @@ int fdatasync(int fd) {
   struct stat found;
   const char *wanted = getenv("FAILING_SYNC");
   if (!real) *(void **)&real = dlsym(RTLD_NEXT, "fdatasync");
-  if (!wanted || !is_log(fd) || fstat(fd, &found) != 0) return real(fd);
+  if (!wanted || !is_meant(fd) || fstat(fd, &found) != 0) return real(fd);
   if (++calls != atoi(wanted)) {
     *on_disk(found.st_ino) = found.st_size;
     return real(fd);

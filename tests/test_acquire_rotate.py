@@ -132,6 +132,78 @@ def test_an_earlier_series_is_not_taken_for_this_ones(tmp_path):
     assert sorted(path.name for path in tmp_path.iterdir()) == ["r.jsonl", "r.log"]
 
 
+# ---- compressed ---------------------------------------------------------------------
+
+
+def packed(folder):
+    return sorted(path.name for path in folder.glob("r*.log*"))
+
+
+def test_full_files_are_compressed(tmp_path):
+    """All but the last, with not a frame lost on the way, whoever reads them; and nothing is allocated while recording."""
+    with FrameSource(tmp_path / "r", options=("--rotate", "20k", "--compress")) as source:
+        count = send_for(source, SECONDS)
+    assert source.status == 0, source.printed
+    full = len(source.events("file"))
+    names = [f"r.{k:03d}.log" if k else "r.log" for k in range(full + 1)]
+    assert full >= 3 and packed(tmp_path) == sorted([*(f"{name}.gz" for name in names[:-1]), names[-1]])
+    text = b"".join(gzip.decompress((tmp_path / f"{name}.gz").read_bytes()) for name in names[:-1]) + (tmp_path / names[-1]).read_bytes()
+    (tmp_path / "all.log").write_bytes(text)
+    assert numbers([tmp_path / "all.log"]) == list(range(count))
+    run("talus-acquire", "info", tmp_path / "r.log", "--report", tmp_path / "info.json")
+    told = json.loads((tmp_path / "info.json").read_text())
+    assert told["frames"] == count and told["files"] == full + 1
+    assert len(record.read(tmp_path / "r.log").line) == len(record.read(tmp_path / "r.log.gz").line) == count
+    end = source.events("end")[0]
+    assert end["sources"][0]["synced"] == count and end["loop"]["allocations"] in (0, None)
+
+
+def test_a_file_that_cannot_be_compressed_stays(tmp_path):
+    """Its place is taken: said once, and nothing is lost."""
+    with FrameSource(tmp_path / "r", options=("--rotate", "20k", "--compress")) as source:
+        wait_for(source.log.exists)
+        (tmp_path / "r.001.log.gz").mkdir()
+        count = send_for(source, 3)
+    assert source.status == 0 and "note: 1 of " in source.printed and "not compressed: File exists" in source.printed
+    (tmp_path / "r.001.log.gz").rmdir()
+    assert (tmp_path / "r.log.gz").exists() and (tmp_path / "r.001.log").exists() and (tmp_path / "r.002.log.gz").exists()
+    assert len(record.read(tmp_path / "r.log").line) == count and not list(tmp_path.glob("*.part"))
+
+
+@pytest.mark.release
+@pytest.mark.parametrize("call", [1, 2])
+def test_a_disk_that_fails_under_the_compressed_file(tmp_path, monkeypatch, call):
+    """What it did not confirm does not replace what it did."""
+    library = tmp_path / "failing_disk.so"
+    subprocess.run(["gcc", "-O1", "-shared", "-fPIC", "-o", library, REPOSITORY / "tests/failing_disk.c", "-ldl"], check=True)
+    monkeypatch.setenv("LD_PRELOAD", str(library))
+    monkeypatch.setenv("FAILING_SYNC", str(call))
+    monkeypatch.setenv("FAILING_NAME", ".gz.part")
+    with FrameSource(tmp_path / "r", options=("--rotate", "20k", "--compress")) as source:
+        monkeypatch.delenv("LD_PRELOAD")
+        count = send_for(source, SECONDS)
+    assert source.status == 0 and "not compressed: Input/output error" in source.printed
+    assert [(tmp_path / name).exists() for name in ("r.log.gz", "r.001.log.gz")] == [call != 1, call != 2]
+    assert len(record.read(tmp_path / "r.log").line) == count
+
+
+def test_compressed_files_of_an_earlier_series_are_in_the_way(tmp_path):
+    for name in ("r.log.gz", "r.001.log.gz"):
+        (tmp_path / name).write_bytes(gzip.compress(b"(1700000000.000000) old 001#00\n"))
+    with FrameSource(tmp_path / "r") as source:
+        source.process.wait(20)
+        source.close()
+    assert source.status == 2 and "r.log.gz: is there already (--overwrite replaces it)" in source.printed
+    with FrameSource(tmp_path / "r", options=("--overwrite",)) as source:
+        source.send(0x7, b"\7")
+    assert packed(tmp_path) == ["r.log"]
+
+
+def test_compress_goes_with_rotate(tmp_path):
+    done = run("talus-acquire", "--out", tmp_path / "r", "--compress", "fd:a=0", status=2)
+    assert "--compress goes with --rotate" in done.stderr and not list(tmp_path.iterdir())
+
+
 @pytest.mark.parametrize("limit", ["", "5", "1k", "0.5s", "nan", "10Q", "-3M", "1e99G", "M"])
 def test_limits_that_are_none(tmp_path, limit):
     done = run("talus-acquire", "--out", tmp_path / "r", "--rotate", limit, "fd:a=0", status=2)

@@ -1,5 +1,5 @@
 """The exporter on inputs that nobody means: mutated records, events files and DBCs. Whatever comes, it is exported or refused
-with one line. `TALUS_FUZZ=100000` runs the long one with so many."""
+with one line. `make fuzz COUNT=100000 SEED=1` runs the long one with so many, from that seed on."""
 
 import contextlib
 import io
@@ -12,7 +12,7 @@ import pytest
 from bus_record import BEGIN_NS, DBC, MODEL, frames_of, twin, write
 from talus.acquire_export import command
 
-MANY = int(os.environ.get("TALUS_FUZZ", "5000"))
+MANY, FIRST = int(os.environ.get("TALUS_FUZZ", "5000")), int(os.environ.get("TALUS_FUZZ_SEED", "10000"))
 LONGEST_S = 10
 NUMBERS = ("0", "-1", "1", "255", "256", "65536", "2147483648", "9223372036854775807", "9223372036854775808", "-9223372036854775809",
            "1e999", "-1e999", "1e-320", "NaN", "0.1", "2", "7", "8", "16", "33", "48", "63", "64", "true", "null", '"x"', "[]", "{}", "9" * 5000)  # fmt: skip
@@ -153,4 +153,4 @@ def test_mutated_inputs_are_exported_or_refused(base, tmp_path):
 
 @pytest.mark.long
 def test_many_mutated_inputs(base, tmp_path):
-    run_seeds(base, tmp_path, range(10_000, 10_000 + MANY))
+    run_seeds(base, tmp_path, range(FIRST, FIRST + MANY))

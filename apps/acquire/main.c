@@ -26,6 +26,7 @@ static const struct cli_option options[] = {
     {"overwrite", 0, CLI_FLAG, &asked.overwrite, 0, NULL, "replace files of that name"},
     {"rotate", 0, CLI_TEXT, &rotate, 0, "SIZE|TIME",
      "begin the next file, REC.001.log and so on, after so much\n(100M, 2G) or so long (15min, 1h)"},
+    {"compress", 0, CLI_FLAG, &asked.compress, 0, NULL, "--rotate's files that are full become REC.log.gz and so on"},
     {"quiet", 'q', CLI_FLAG, &asked.quiet, 0, NULL, "no live line, no summary"},
     {"stop", 0, CLI_TEXT, &asked.stop, 0, "IF[:ID#DATA]",
      "what an emergency edge sends on interface IF\n(the Stop frame of models/leg.dbc, or ID#DATA), three "
@@ -81,6 +82,7 @@ static enum cli_result check_numbers(void) {
     return cli_complain(
         "--rotate: expected a size from 4k on (k, M, G) or a time from 1s on (s, min, h), found '%.40s'",
         rotate);
+  if (asked.compress && !rotate) return cli_complain("--compress goes with --rotate");
   return CLI_RUN;
 }
 

@@ -1,6 +1,8 @@
 /* can_source: a load for CAN interfaces, whose every frame carries a counter.
  *
  *     can_source rate SECONDS PER_MS INTERFACE...   PER_MS frames each millisecond, at absolute deadlines
+ *     can_source plugged SECONDS PER_MS INTERFACE   the same, by whatever has the name just then; what is refused because
+ *                                                   nothing has it is not sent, and its number comes next
  *     can_source fast FRAMES INTERFACE...           as fast as the kernel takes them
  *
  * Frame k of an interface has identifier 0x100 + k % 9 and, in its first 4 bytes, k (little endian). What the
@@ -33,6 +35,8 @@ enum {
 struct sender {
   const char *name;
   int fd;
+  struct sockaddr_can to; /* of one that may be pulled out */
+  int plugged;
   uint32_t sent;
   unsigned long again;
 };
@@ -55,7 +59,19 @@ static void make_frame(struct can_frame *frame, uint32_t k) {
   memcpy(frame->data, &k, sizeof k);
 }
 
-/* n <= BATCH frames, all of them */
+static int open_plugged(struct sender *s, const char *name) {
+  s->name = name;
+  s->plugged = 1;
+  s->to.can_family = AF_CAN;
+  s->fd = socket(PF_CAN, SOCK_RAW, CAN_RAW);
+  return s->fd < 0 ? -1 : setsockopt(s->fd, SOL_CAN_RAW, CAN_RAW_FILTER, NULL, 0);
+}
+
+static int is_away(void) {
+  return errno == ENODEV || errno == ENXIO || errno == ENETDOWN;
+}
+
+/* n <= BATCH frames, all of them, unless it is pulled out */
 static int send_frames(struct sender *s, int n) {
   static struct can_frame frame[BATCH];
   static struct iovec space[BATCH];
@@ -64,14 +80,18 @@ static int send_frames(struct sender *s, int n) {
     make_frame(&frame[i], s->sent + (uint32_t)i);
     space[i] = (struct iovec){&frame[i], sizeof frame[i]};
     message[i] = (struct mmsghdr){.msg_hdr = {.msg_iov = &space[i], .msg_iovlen = 1}};
+    if (s->plugged) message[i].msg_hdr.msg_name = &s->to;
+    if (s->plugged) message[i].msg_hdr.msg_namelen = sizeof s->to;
   }
-  for (int done = 0; done < n;) {
+  int done = 0;
+  while (done < n) {
     const int now = sendmmsg(s->fd, message + done, (unsigned)(n - done), 0);
+    if (now < 0 && s->plugged && is_away()) break;
     if (now < 0 && errno != ENOBUFS && errno != EAGAIN && errno != EINTR) return -1;
     s->again += now < 0;
     if (now > 0) done += now;
   }
-  s->sent += (uint32_t)n;
+  s->sent += (uint32_t)done;
   return 0;
 }
 
@@ -91,8 +111,10 @@ static int run_rate(double seconds, int per_ms, int senders) {
   const int64_t start = now_ns();
   for (int64_t ms = 0; ms < (int64_t)(seconds * 1e3); ms++) {
     sleep_until(start + ms * NS_PER_MS);
-    for (int i = 0; i < senders; i++)
+    for (int i = 0; i < senders; i++) {
+      if (sender[i].plugged) sender[i].to.can_ifindex = (int)if_nametoindex(sender[i].name);
       if (send_frames(&sender[i], per_ms) != 0) return -1;
+    }
   }
   return 0;
 }
@@ -105,11 +127,14 @@ static int run_fast(long frames, int senders) {
 }
 
 int main(int argc, char **argv) {
-  const int rate = argc > 4 && strcmp(argv[1], "rate") == 0, first = rate ? 4 : 3, senders = argc - first;
+  const int plugged = argc > 4 && strcmp(argv[1], "plugged") == 0;
+  const int rate = plugged || (argc > 4 && strcmp(argv[1], "rate") == 0), first = rate ? 4 : 3,
+            senders = argc - first;
   if (argc < 4 || senders < 1 || senders > MOST_INTERFACES || (!rate && strcmp(argv[1], "fast") != 0))
     return 2;
   for (int i = 0; i < senders; i++)
-    if (open_sender(&sender[i], argv[first + i]) != 0) return perror(argv[first + i]), 1;
+    if ((plugged ? open_plugged : open_sender)(&sender[i], argv[first + i]) != 0)
+      return perror(argv[first + i]), 1;
   const long count = strtol(argv[rate ? 3 : 2], NULL, 10);
   if (rate && (count < 1 || count > BATCH)) return 2;
   const int result = rate ? run_rate(strtod(argv[2], NULL), (int)count, senders) : run_fast(count, senders);

@@ -116,6 +116,7 @@ static void put_source_end(struct text *t, const struct writer *writer, int i) {
     text_set(t, "stops_failed", (int64_t)w->stops_failed);
   }
   if (source->spec.kind == SOURCE_FD) text_set(t, "malformed", (int64_t)a.malformed);
+  if (source->spec.kind == SOURCE_CAN) text_set(t, "other_interfaces", (int64_t)a.foreign);
   put_account(t, &a);
   text_set(t, "ring_most", source->ring.most);
   text_string(t, "}");

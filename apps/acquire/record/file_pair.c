@@ -32,7 +32,8 @@ static int is_no_file(const char *path) {
 /* a recording that was divided, of the same name: its files would be read as if they were this one's */
 static int refuse_series(const char *log, int overwrite, struct app_error *error) {
   char path[4096];
-  for (int part = 1; series_find(path, sizeof path, log, part) == 0; part++) {
+  for (int part = 0; series_find(path, sizeof path, log, part) == 0; part++) {
+    if (strcmp(path, log) == 0) continue; /* is looked at when it is opened */
     if (!overwrite)
       return app_fail(error, APP_BAD_INPUT, "%s: is there already (--overwrite replaces it)", path);
     if (unlink(path) != 0)
@@ -153,6 +154,7 @@ int file_pair_sync(struct file_pair *pair, enum file_name which) {
   if (sync_one(pair, which, full) != 0) return -1;
   if (pair->folder >= 0) fsync(pair->folder);
   close(full);
+  __atomic_store_n(&pair->settled, pair->settled + 1, __ATOMIC_RELEASE);
   __atomic_store_n(&pair->full, -1, __ATOMIC_RELEASE);
   return 0;
 }

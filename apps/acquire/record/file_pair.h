@@ -31,6 +31,7 @@ struct file_pair {
   char *part_path;  /* room for its name */
   size_t part_size;
   int full; /* the file before it, until it is on the disk; -1 none. Closed by whoever syncs */
+  int settled; /* files that are full and on the disk: numbers 0 to settled - 1. By whoever syncs */
   int folder;
   int refused; /* errno why the next file could not be begun, 0 */
 };

@@ -45,8 +45,10 @@ void series_path(char *path, size_t size, const char *log, int number) {
 
 int series_find(char *path, size_t size, const char *log, int number) {
   series_path(path, size, log, number);
-  if (number == 0 || access(path, F_OK) == 0) return 0;
+  if (access(path, F_OK) == 0) return 0;
   const size_t n = strlen(path);
   snprintf(path + n, size - n, ".gz");
-  return access(path, F_OK) == 0 ? 0 : -1;
+  if (access(path, F_OK) == 0) return 0;
+  path[n] = '\0';
+  return number == 0 ? 0 : -1;
 }

@@ -18,7 +18,8 @@ int series_limit_parse(const char *text, struct series_limit *limit);
 
 /* The name of a file of the series: `log` is its first, with or without .log or .log.gz; number 0 is `log` itself. */
 void series_path(char *path, size_t size, const char *log, int number);
-/* The same for reading: also with .gz behind it, where only that is there. -1 when there is no such file. */
+/* The same for reading: also with .gz behind it, where only that is there. -1 when there is no such file, but for the first, which is
+ * what was asked for. */
 int series_find(char *path, size_t size, const char *log, int number);
 
 #endif

@@ -125,6 +125,13 @@ static void *run_sync(void *argument) {
   return NULL;
 }
 
+static void *run_compressor(void *argument) {
+  struct session *s = argument;
+  warm_up_together(s);
+  compressor_run(&s->compressor);
+  return NULL;
+}
+
 static int start(pthread_t *thread, void *(*run)(void *), void *argument, struct app_error *error) {
   pthread_attr_t attributes;
   pthread_attr_init(&attributes);
@@ -136,14 +143,15 @@ static int start(pthread_t *thread, void *(*run)(void *), void *argument, struct
 
 /* A thread that does not start ends the program: those that wait at the barrier die with it. */
 static int start_threads(struct session *s, struct app_error *error) {
-  const unsigned others = s->settings->play ? 4 : 3;
-  pthread_barrier_init(&s->warm, NULL, (unsigned)s->sources + others);
+  const int others = 3 + (s->settings->play != NULL) + (s->settings->compress != 0);
+  pthread_barrier_init(&s->warm, NULL, (unsigned)(s->sources + others));
   for (int i = 0; i < s->sources; i++) {
     reader[i] = (struct reader){s, &s->source[i]};
     if (start(&s->reader_thread[i], run_reader, &reader[i], error) != 0) return -1;
   }
   if (start(&s->writer_thread, run_writer, s, error) != 0) return -1;
   if (s->settings->play && start(&s->player_thread, run_player, s, error) != 0) return -1;
+  if (s->settings->compress && start(&s->compress_thread, run_compressor, s, error) != 0) return -1;
   return start(&s->sync_thread, run_sync, s, error);
 }
 
@@ -235,6 +243,7 @@ int session_open(struct session *s, const struct session_settings *settings, con
     return -1;
   if (file_pair_open(&s->files, settings->out, settings->overwrite, error) != 0) return -1;
   if (settings->divide.bytes || settings->divide.ns) file_pair_divide(&s->files, settings->divide);
+  if (settings->compress && compressor_open(&s->compressor, &s->files, error) != 0) return -1;
   realtime_prepare(&s->realtime, settings->realtime);
   writer_init(&s->writer, &s->files, s->source, s->sources, &s->watch.events);
   return 0;
@@ -246,6 +255,7 @@ void session_close(struct session *s) {
   player_close(&s->player);
   watch_close(&s->watch);
   if (s->signals >= 0) close(s->signals);
+  compressor_close(&s->compressor);
   file_pair_close(&s->files);
   realtime_release(&s->realtime);
 }
@@ -379,6 +389,24 @@ static void end(struct session *s) {
   finish_files(s);
 }
 
+/* The recording has ended; files that are full are still compressed, until somebody is impatient. */
+static void finish_compressing(struct session *s) {
+  struct compressor *c = &s->compressor;
+  struct signalfd_siginfo what;
+  if (!s->settings->compress) return;
+  set(&c->last);
+  while (!is_set(&c->ended)) {
+    struct pollfd impatient = {.fd = s->signals, .events = POLLIN};
+    if (poll(&impatient, 1, WATCH_POLL_MS) > 0 && read(s->signals, &what, sizeof what) > 0) set(&c->give_up);
+  }
+  pthread_join(s->compress_thread, NULL);
+  if (c->refused)
+    app_note("%d of %d full files are not compressed: %s", s->files.settled - c->done, s->files.settled,
+             strerror(c->failure));
+  else if (c->done < s->files.settled)
+    app_note("%d of %d full files are not compressed", s->files.settled - c->done, s->files.settled);
+}
+
 struct session_result session_result(const struct session *s) {
   return (struct session_result){s->sources, writer_lost(&s->writer), s->loop};
 }
@@ -427,5 +455,6 @@ int session_run(struct session *s, struct app_error *error) {
   end(s);
   if (live) watch_live_end();
   if (!s->settings->quiet) print_summary(s);
+  finish_compressing(s);
   return judge(s, error);
 }

@@ -7,12 +7,14 @@
 #include "acquire/host/realtime.h"
 #include "acquire/play/player.h"
 #include "acquire/play/stop_line.h"
+#include "compressor.h"
 #include "watch.h"
 
 struct session_settings {
   const char *out;
   int overwrite;
   struct series_limit divide; /* when the log's next file begins */
+  int compress;               /* the files that are full */
   double duration_s;          /* 0: until it is stopped */
   int realtime;               /* ask for priority and locked memory */
   int quiet;                  /* no live line, no summary */
@@ -38,6 +40,7 @@ struct session {
   struct source source[MAX_SOURCES];
   int sources;
   struct file_pair files;
+  struct compressor compressor;
   struct writer writer;
   struct watch watch;
   struct realtime realtime;
@@ -45,7 +48,7 @@ struct session {
   struct player player;
   int signals;
 
-  pthread_t reader_thread[MAX_SOURCES], writer_thread, sync_thread, player_thread;
+  pthread_t reader_thread[MAX_SOURCES], writer_thread, sync_thread, player_thread, compress_thread;
   pthread_barrier_t warm;
   int stop_reading, stop_writing;
   enum session_reason reason;

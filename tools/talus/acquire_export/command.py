@@ -13,7 +13,7 @@ import talus
 from talus import constants, outputs
 from talus.refused import Refused
 
-from . import events, record, report, streams, table
+from . import events, record, report, streams, table, ticks
 from .bench_model import BenchModel
 from .layout import Database
 from .spool import Store
@@ -111,6 +111,8 @@ class Findings:
     def take_stream(self, stream, zero_ns):
         self.messages.append(report.stream_entry(stream))
         self.lost += report.words_of(stream, report.LOST, zero_ns)
+        if stream.outside:
+            self.lost.append(f"{stream.name}: {stream.outside} frames left out: their stretches between new beginnings are short, or fit to no other's")
         self.notes += report.words_of(stream, [kind for kind in report.WORDS if kind not in report.LOST], zero_ns)
         self.not_listed += stream.faults.not_listed
 
@@ -147,6 +149,19 @@ class Findings:
                 self.notes.append(f"{state['source']}: {state['type']} {state['state']} behind its frame {state['after']}")
         if beside.end is None:
             self.notes.append(f"{beside.path} has no end: the recorder was killed")
+
+    def take_joints(self, made):
+        """Where the sender began anew; entries for the report: `sample` is the first one behind it."""
+        entries = [{"time_s": [(at_ns - made.first_ns) / 1e9 for at_ns in joint], "sample": made.rows.search("time_ns", joint[1])}
+                   for joint in made.joints]  # fmt: skip
+        entries = [entry for entry in entries if 0 < entry["sample"] < len(made)]
+        for entry in entries[:5]:
+            before, behind = entry["time_s"]
+            self.notes.append(f"the sender began anew, or stood still, between {before:.3f} s and {behind:.3f} s: the recording goes on "
+                              f"behind it, with sample {entry['sample']}")  # fmt: skip
+        if len(entries) > 5:
+            self.notes.append(f"the sender began anew at {len(entries) - 5} more places")
+        return entries
 
     def take_clock(self, beside, origin_ns):
         """Steps of the clock, once stamps have been converted; entries for the report."""
@@ -237,7 +252,7 @@ def make_table(options, findings, inputs, store):
     """(the recording, its columns, how encoders were zeroed, the first stamp)."""
     model, database, found = inputs
     streams.find_silence(found)
-    groups = streams.tick_groups(found, store)
+    groups = ticks.tick_groups(found, store)
     for group in groups:
         for stream in group.streams:
             stream.find_late(group, store)
@@ -268,7 +283,7 @@ def export(options, findings, store):
     marks = ({**mark, "time_s": (mark["mono_ns"] - zero_ns) / 1e9} for mark in (beside.all_marks() if beside and converted else ()))
     summary = {"rows": len(made), "left_out": made.left_out, "duration_s": (made.last_ns - made.first_ns) / 1e9,
                "columns": made.names, "zero_ns": zero_ns, "clock": "CLOCK_MONOTONIC" if converted else "the stamps' clock",
-               "clock_steps": steps, "marks": report.Listed(marks), "encoders": zeros, **of_record,
+               "clock_steps": steps, "restarts": findings.take_joints(made), "marks": report.Listed(marks), "encoders": zeros, **of_record,
                "faults_not_listed": findings.not_listed, "messages": findings.messages,
                "faults": report.Listed(entry for stream in found for entry in report.fault_entries(stream, zero_ns))}  # fmt: skip
     return recording_text(made, columns), summary

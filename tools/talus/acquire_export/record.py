@@ -36,6 +36,8 @@ HEX = np.full(256, 255, np.uint8)
 for _digit, _characters in enumerate("0 1 2 3 4 5 6 7 8 9 aA bB cC dD eE fF".split()):
     for _character in _characters:
         HEX[ord(_character)] = _digit
+NO_PAIR = 256
+PAIR = np.where((HEX[None, :] == 255) | (HEX[:, None] == 255), NO_PAIR, HEX[None, :].astype(np.uint16) << 4 | HEX[:, None]).ravel()  # of two characters
 
 
 @dataclass
@@ -95,9 +97,9 @@ def nearest_behind(places, wanted, end):
 
 def digits(characters):
     """(whole number, are they all digits) of each row of characters."""
-    value = characters.astype(np.int64) - ord("0")
-    power = 10 ** np.arange(characters.shape[1] - 1, -1, -1, dtype=np.int64)
-    return value @ power, ((value >= 0) & (value <= 9)).all(1)
+    value = characters - np.uint8(ord("0"))  # what is less wraps
+    power = 10.0 ** np.arange(characters.shape[1] - 1, -1, -1)
+    return (value.astype(float) @ power).astype(np.int64), (value <= 9).all(1)  # few digits: exact
 
 
 def hexadecimal(characters):
@@ -111,8 +113,8 @@ def hexadecimal(characters):
 
 def payload(characters):
     """(bytes, are they all hexadecimal digits) of each row of pairs."""
-    value = HEX[characters]
-    return (value[:, ::2] << 4 | value[:, 1::2]).astype(np.uint8), (value != 255).all(1)
+    value = PAIR[np.ascontiguousarray(characters).view("<u2")]
+    return value.astype(np.uint8), (value < NO_PAIR).all(1)
 
 
 class Block:
@@ -156,7 +158,7 @@ class Block:
         length, dot, close, space, mark = marks
         if not (2 <= dot <= 12 and dot < close - 1 and close - dot <= 10 and close + 2 < space < mark < length < LONGEST and close < 30):
             return
-        text = self.bytes[self.start[rows][:, None] + np.arange(length)]
+        text = np.lib.stride_tricks.sliding_window_view(self.bytes, length)[self.start[rows]]
         seconds, good = digits(text[:, 1:dot])
         fraction, decimal = digits(text[:, dot + 1:close])
         good &= decimal & (seconds >= 0) & (seconds < LATEST_S) & (text[:, 0] == OPEN) & (text[:, close + 1] == SPACE)
@@ -222,8 +224,9 @@ def odd_line(record, line, text):
 
 
 def series(path):
-    """The files of a record that was divided: REC.log, REC.001.log, ... as long as the next one is there."""
-    yield path
+    """The files of a record that was divided: REC.log, REC.001.log, ... as long as the next one is there; any of them may be
+    compressed (REC.log.gz)."""
+    yield f"{path}.gz" if os.path.exists(f"{path}.gz") and not os.path.exists(path) else path
     stem = re.sub(r"(\.log)?(\.gz)?$", "", path, count=1)
     for number in count(1):
         found = next((name for end in (".log", ".log.gz") if os.path.exists(name := f"{stem}.{number:03d}{end}")), None)

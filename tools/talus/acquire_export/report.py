@@ -56,7 +56,7 @@ def in_pieces(stream, faults, zero_ns):
 
 def stream_entry(stream):
     entry = {"message": stream.message.name, "source": stream.source, "frames": len(stream.frames) + stream.unread,
-             **{kind: stream.faults.frames[kind] for kind in WORDS}}  # fmt: skip
+             **{kind: stream.faults.frames[kind] for kind in WORDS}, "left_out": stream.outside}  # fmt: skip
     return entry | ({"delay": dict(zip(("median_s", "quantile_999_s", "worst_s"), stream.delay_s, strict=True))} if stream.delay_s else {})
 
 

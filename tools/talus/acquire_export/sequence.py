@@ -43,20 +43,8 @@ class Outputs:
     keep: object  # keep(numbers, indices): frames to use, in the order of their numbers
     trust: object  # trust(flags): of each frame in the order of the record, did it come in its turn?
     find: object  # find(number): the frame that had a number which was kept long ago, or None
+    edge: object  # edge(index): behind a life: the frames from here on have no known place against those before
     faults: object
-
-
-class Lives:
-    """The sender's longest life: nothing says how the ticks of one lie to another's, be it that the sender began anew, that a
-    frame is left from before, or that no delay explains its stamp."""
-
-    def __init__(self):
-        self.begin, self.longest = 0, (0, 0)
-
-    def edge(self, index):
-        if index - self.begin > self.longest[1] - self.longest[0]:
-            self.longest = (self.begin, index)
-        self.begin = index
 
 
 class Follower:
@@ -64,7 +52,7 @@ class Follower:
 
     def __init__(self, bits, period_s, same, outputs):
         self.bits, self.turn, self.period_s, self.same, self.outputs = bits, 1 << bits, period_s, same, outputs
-        self.faults, self.lives = outputs.faults, Lives()
+        self.faults = outputs.faults
         self.window = Window(outputs.keep, self.lose)
         self.number, self.trusted = np.empty(0, np.int64), np.empty(0, bool)  # of the newest frames
         self.first = 0  # the frame that stands first in them
@@ -94,7 +82,7 @@ class Follower:
     def close(self):
         self.forget(len(self.number))
         self.window.close()
-        self.lives.edge(self.end)
+        self.outputs.edge(self.end)
 
     def forget(self, count):
         self.outputs.trust(self.trusted[:count])
@@ -113,7 +101,7 @@ class Follower:
                     self.faults.add("jumped", index, int(self.number[index - self.first]))
                     edges.add(index)
         for index in sorted(edges):
-            self.lives.edge(index)
+            self.outputs.edge(index)
 
     def begin(self, index, number):
         self.at = self.high = self.number[index - self.first] = number

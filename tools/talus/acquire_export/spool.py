@@ -22,6 +22,7 @@ from talus.refused import Refused
 CHUNK = 16_384  # rows that are computed at a time
 MOST_WAITING = 2 << 20  # bytes of all spools of a store that are not yet in its file
 MOST_AROUND = 4 * CHUNK
+AT_ONCE = 4096  # rows among which a search ends
 
 
 @contextmanager
@@ -79,12 +80,13 @@ class Store:
 class Spool:
     """Rows of one kind, in the order in which they were appended."""
 
-    __slots__ = ("store", "dtype", "parts", "waiting", "firsts", "places", "written", "end")
+    __slots__ = ("store", "dtype", "parts", "waiting", "firsts", "places", "written", "end", "probed")
 
     def __init__(self, store, dtype):
         self.store, self.dtype, self.parts, self.waiting = store, dtype, [], 0
         self.firsts, self.places, self.written = array("q"), array("q"), 0  # extents: their first rows, where they stand
         self.end = -1  # where the last extent ends
+        self.probed = {}
 
     def __len__(self):
         return self.written + self.waiting
@@ -131,9 +133,10 @@ class Spool:
             at, extent = at + count, extent + 1
         return rows
 
-    def chunks(self, size=CHUNK, first=0):
-        for begin in range(first, len(self), size):
-            yield self.read(begin, min(begin + size, len(self)))
+    def chunks(self, size=CHUNK, first=0, end=None):
+        end = len(self) if end is None else end
+        for begin in range(first, end, size):
+            yield self.read(begin, min(begin + size, end))
 
     def take(self, indices):
         """The rows of any indices; those that lie near each other cost one reading."""
@@ -145,12 +148,18 @@ class Spool:
             rows[there] = self.read(low, high + 1)[indices[there] - low]
         return rows
 
+    def probe(self, key, row):
+        """One value; searches ask for the same ones again and again, and there are few of them."""
+        if (key, row) not in self.probed:
+            self.probed[key, row] = self.read(row, row + 1)[key][0]
+        return self.probed[key, row]
+
     def search(self, key, value, side="left"):
         """As np.searchsorted in the rising column `key`."""
         low, high = 0, len(self)
-        while high - low > 64:
+        while high - low > AT_ONCE:
             middle = (low + high) // 2
-            found = self.read(middle, middle + 1)[key][0]
+            found = self.probe(key, middle)
             if found < value or side == "right" and found == value:
                 low = middle + 1
             else:

@@ -9,12 +9,12 @@ from dataclasses import dataclass
 import numpy as np
 from talus.refused import Refused
 
-from .clock import tick_line
 from .faults import Budget, Faults
 from .events import Clocks
 from .ranks import median, quantiles
+from .lives import Lives, usable
 from .sequence import SURE, Follower, Outputs
-from .spool import CHUNK, interpolate
+from .spool import CHUNK
 
 PERIODS_SILENT = 3  # a message is silent when the others of its sender go on for longer
 MOST_KINDS = 20_000  # messages and unknown identifiers, each on its interface
@@ -40,7 +40,8 @@ class Stream:
         self.frames = store.spool([("stamp_ns", "i8"), ("line", "i8"), ("length", "u1"), ("data", "u1", (self.width,))])
         self.faults, self.unread = Faults(budget), 0
         self.clock = None  # turns stamps of these lines into instants
-        self.ordered, self.shift, self.delay_s = None, 0, []
+        self.ordered, self.delay_s = None, []
+        self.lives, self.used, self.shift = [], [], []  # of each life: frames [first, end), is it used, what its numbers lack
 
     def take(self, part, rows):
         """Frames as they come."""
@@ -59,26 +60,40 @@ class Stream:
         return rows
 
     def put_in_order(self, store, scratch):
-        """Follows the counter: the frames to use, in the order of their numbers, go to `ordered`."""
-        self.ordered = store.spool([("number", "i8"), ("stamp_ns", "i8"), ("index", "i8"), ("trusted", "?"), ("whole", "?"),
+        """Follows the counter: the frames to use, in the order of their numbers, go to `ordered`, life by life."""
+        self.ordered = store.spool([("number", "i8"), ("stamp_ns", "i8"), ("index", "i8"), ("life", "i4"), ("trusted", "?"), ("whole", "?"),
                                     ("data", "u1", (self.width,))])  # fmt: skip
-        kept, trusted = scratch.spool([("number", "i8"), ("index", "i8")]), scratch.spool([("trusted", "?")])
-        first, end = 0, len(self.frames)
-        if self.message.counter and end:
-            first, end = self.follow(kept, trusted)
+        kept, trusted, lives = scratch.spool([("number", "i8"), ("index", "i8")]), scratch.spool([("trusted", "?")]), Lives()
+        if self.message.counter and len(self.frames):
+            self.follow(kept, trusted, lives)
         else:
-            for begin in range(0, end, CHUNK):
-                number = np.arange(begin, min(begin + CHUNK, end))
+            lives.edge(len(self.frames))
+            for begin in range(0, len(self.frames), CHUNK):
+                number = np.arange(begin, min(begin + CHUNK, len(self.frames)))
                 kept.append_columns(number, number)
                 trusted.append_columns(np.ones(len(number), bool))
+        self.lives = usable(lives.chosen(), self.stamp_of)
+        self.used, self.shift = np.ones(len(self.lives), bool), np.zeros(len(self.lives), np.int64)
+        newest = 0
         for rows in kept.chunks():
-            rows = rows[(rows["index"] >= first) & (rows["index"] < end)]
-            frames = self.converted(self.frames.take(rows["index"]))
-            self.ordered.append_columns(rows["number"], frames["stamp_ns"], rows["index"], trusted.take(rows["index"])["trusted"],
-                                        frames["length"] >= self.message.length, frames["data"])  # fmt: skip
+            newest = self.keep(rows, trusted, newest)
 
-    def follow(self, kept, trusted):
-        """Frames [first, end) of the sender's longest life."""
+    def keep(self, rows, trusted, newest):
+        """Rows of the lives that count; the last of these."""
+        begins, ends = np.array(self.lives, np.int64).reshape(-1, 2).T
+        life = np.searchsorted(begins, rows["index"], "right") - 1
+        inside = (life >= 0) & (rows["index"] < ends[life])
+        inside &= life >= np.maximum.accumulate(np.append(newest, np.where(inside, life, 0)))[1:]  # no frame goes back to an earlier one
+        rows, life = rows[inside], life[inside]
+        frames = self.converted(self.frames.take(rows["index"]))
+        self.ordered.append_columns(rows["number"], frames["stamp_ns"], rows["index"], life, trusted.take(rows["index"])["trusted"],
+                                    frames["length"] >= self.message.length, frames["data"])  # fmt: skip
+        return int(life[-1]) if len(life) else newest
+
+    def stamp_of(self, index):
+        return int(self.converted(self.frames.read(index, index + 1))["stamp_ns"][0])
+
+    def follow(self, kept, trusted, lives):
         near = Near(self.frames)
 
         def find(number):
@@ -86,7 +101,7 @@ class Stream:
             row = kept.read(place, place + 1)[0] if place < len(kept) else None
             return int(row["index"]) if row is not None and row["number"] == number else None
 
-        outputs = Outputs(kept.append_columns, trusted.append_columns, find, self.faults)
+        outputs = Outputs(kept.append_columns, trusted.append_columns, find, lives.edge, self.faults)
         follower = Follower(self.message.counter_bits, self.message.cycle_s, near.same, outputs)
         for begin in range(0, len(self.frames), CHUNK):
             end, low = min(begin + CHUNK, len(self.frames)), max(begin - 1, 0)
@@ -95,7 +110,6 @@ class Stream:
             counter = self.message.counter.raw(rows["data"]).astype(np.int64) & (1 << self.message.counter_bits) - 1
             follower.feed(begin, end, counter, rows["stamp_ns"], low)
         follower.close()
-        return follower.lives.longest
 
     @property
     def name(self):
@@ -110,17 +124,37 @@ class Stream:
         """The first and the last in the order of their numbers."""
         return [self.ordered.read(k, k + 1)[0] for k in (0, len(self.ordered) - 1)]
 
-    def rows(self, chunks=None):
-        """Chunks of `ordered` with the numbers that the group of this stream counts by."""
-        for rows in self.ordered.chunks() if chunks is None else chunks:
-            rows["number"] += self.shift
+    def rows(self, life=None):
+        """Chunks of `ordered`, or of one life in it, with the numbers that the group of this stream counts by."""
+        for rows in self.ordered.chunks() if life is None else self.ordered.chunks(CHUNK, *self.place_of(life)):
+            used = self.used[rows["life"]]
+            rows = rows if used.all() else rows[used]
+            rows["number"] += self.shift[rows["life"]]
             yield rows
+
+    @property
+    def outside(self):
+        """How many frames are in no life that counts."""
+        return len(self.frames) - sum(end - first for (first, end), used in zip(self.lives, self.used, strict=True) if used)
+
+    def place_of(self, life):
+        """Its first row of `ordered`, and the first behind it."""
+        return tuple(self.ordered.search("life", life, side) for side in ("left", "right"))
+
+    def first_numbers(self):
+        """Of each life that counts, as rows() has them."""
+        return [int(self.span_of(life)[0]["number"] + self.shift[life]) for life in np.flatnonzero(self.used).tolist()]
+
+    def span_of(self, life):
+        """First and last row of a life."""
+        first, end = self.place_of(life)
+        return self.ordered.read(first, first + 1)[0], self.ordered.read(end - 1, end)[0]
 
     def usable(self, field):
         """Chunks of the frames that have all their bytes, and the signal, in the order of their numbers."""
         for rows in self.rows():
-            rows = rows[rows["whole"]]
-            yield rows[self.message.holds(field.name, rows["data"])]
+            good = rows["whole"] & self.message.holds(field.name, rows["data"])
+            yield rows if good.all() else rows[good]
 
     def has(self, field):
         return any(len(rows) for rows in self.usable(field))
@@ -248,74 +282,3 @@ def find_silence(streams):
         for frame, silent in zip(stream.end_frames(), silent_s[id(stream)], strict=True):
             if silent > (PERIODS_SILENT + 0.5) * period:
                 stream.faults.add("silent", int(frame["index"]), int(frame["number"]), int(silent / period))
-
-
-# ---- ticks -------------------------------------------------------------------------------
-
-
-class TickGroup:
-    """Messages of one sender whose counters number the same ticks."""
-
-    def __init__(self, streams, store):
-        self.streams, self.period_s = streams, streams[0].message.cycle_s
-        first = streams[0]
-        for stream in streams[1:]:
-            turn = 1 << stream.message.counter_bits
-            (at, _), (at_first, _) = stream.end_frames(), first.end_frames()
-            time = (int(at["stamp_ns"]) - int(at_first["stamp_ns"])) / 1e9 / self.period_s
-            apart = time - (int(at["number"]) - int(at_first["number"]))
-            stream.shift = turn * round(apart / turn)
-        points = store.spool([("number", "i8"), ("stamp_ns", "i8")])
-        self.zero_ns = min(self.earliest(merged, points) for merged in merge([trusted(stream) for stream in streams]))
-        self.ticks = tick_line(points, self.period_s, self.zero_ns, store)
-        (self.first, self.last) = (self.ticks.read(k, k + 1)[0] for k in (0, len(self.ticks) - 1))
-
-    @staticmethod
-    def earliest(rows, points):
-        """Appends each number's earliest stamp; the earliest of all."""
-        rows = rows[np.lexsort((rows["stamp_ns"], rows["number"]))]
-        rows = rows[np.append(True, np.diff(rows["number"]) > 0)]
-        points.append_columns(rows["number"], rows["stamp_ns"])
-        return int(rows["stamp_ns"].min())
-
-    def time_of(self, number):
-        """Instants of any rising ticks, from those whose frames came in order."""
-        inside = interpolate(self.ticks, "number", "time_ns", number)
-        beyond = np.minimum(number - self.first["number"], 0) + np.maximum(number - self.last["number"], 0)
-        return inside + beyond * self.period_s * 1e9
-
-
-def trusted(stream):
-    """Chunks of the frames whose stamps can be trusted to lie behind their ticks."""
-    for rows in stream.rows():
-        rows = rows[rows["trusted"]][["number", "stamp_ns"]]
-        if len(rows):
-            yield rows
-
-
-def merge(inputs):
-    """Chunks in which the rows of all inputs, each rising by `number`, stand whole: no number is in two of them."""
-    heads = [[next(rows, None), rows] for rows in inputs]
-    while any(head is not None for head, _ in heads):
-        limit = min(head["number"][-1] for head, _ in heads if head is not None)
-        out = []
-        for entry in heads:
-            while entry[0] is not None:
-                count = int(np.searchsorted(entry[0]["number"], limit, "right"))
-                out.append(entry[0][:count])
-                if count < len(entry[0]):
-                    entry[0] = entry[0][count:]
-                    break
-                entry[0] = next(entry[1], None)
-        yield np.concatenate(out)
-
-
-def tick_groups(streams, store):
-    """The groups of those streams that have ticks, the others each with instants of its own where it is cyclic."""
-    groups = {}
-    for stream in streams:
-        if stream.message.counter and stream.message.cycle_s and next(trusted(stream), None) is not None:
-            shared = stream.message.sender if stream.message.sample_tick else stream.message.name
-            key = (stream.source, stream.message.sample_tick, shared, stream.message.cycle_s)
-            groups.setdefault(key, []).append(stream)
-    return [TickGroup(members, store) for members in groups.values()]

@@ -38,6 +38,13 @@ class Column:
         """First and last row."""
         return self.rows.read(0, 1)[0], self.rows.read(len(self.rows) - 1, len(self.rows))[0]
 
+    def parts(self, rows):
+        """Where those of each life of the sender stand in `rows` (a spool with the column `number`): (first, end)."""
+        begins = self.group.begins if self.group else self.stream.first_numbers()
+        places = [*(rows.search("number", number) for number in begins), len(rows)]
+        places[0] = 0
+        return [(first, end) for first, end in zip(places, places[1:], strict=False) if end > first]
+
     def typical_step(self):
         return median(lambda: diffs(rows["time_ns"] for rows in self.rows.chunks())) or 0.0
 
@@ -109,32 +116,39 @@ def is_counted_motor(column):
 
 
 def counted_motor(column, columns, model, store):
-    """The relative encoder, zeroed from the joint's; answers its zero, or None where there is nothing to zero by. The column
-    holds counts before, and angles behind it."""
+    """The relative encoder, zeroed from the joint's, in each life of its sender anew; answers its zero, or None where there is
+    nothing to zero by: then only the longest life counts. The column holds counts before, and angles behind it."""
     joint = joint_of(column.name)
     bus = model.bus(joint, "motor")
-    counts, span = column.rows, 1 << column.field.bits
+    counts, parts = column.rows, column.parts(column.rows)
     column.step = 2 * math.pi / bus["counts_per_turn"]
     column.rows = store.spool(COLUMN)
     absolute = columns.get(f"{joint}_joint_rad")
     if absolute is None or absolute.field.unit != "count" and absolute.field.unit not in UNITS["rad"]:
-        unroll = Unrolled(span, bus)
-        for rows in counts.chunks():
+        unroll = Unrolled(1 << column.field.bits, bus)
+        for rows in counts.chunks(CHUNK, *max(parts, key=lambda part: part[1] - part[0])):
             column.rows.append_columns(rows["number"], rows["time_ns"], unroll(rows["value"].astype(np.int64)))
         return None
-    zeroed = Zeroed(span, bus, store)
-    expect(column, counts, absolute, model, zeroed)
+    first, *others = [zero_part(column, lambda part=part: counts.chunks(CHUNK, *part), absolute, model, store) for part in parts]
+    return first | ({"behind_restarts": others} if others else {})
+
+
+def zero_part(column, chunks, absolute, model, store):
+    """The angles of one life; its zero."""
+    span, bus = 1 << column.field.bits, model.bus(joint_of(column.name), "motor")
+    zeroed, before = Zeroed(span, bus, store), len(column.rows)
+    expect(column, chunks, absolute, model, zeroed)
     zero, spread = zeroed.find_zero()
-    for rows, angle in zip(counts.chunks(), zeroed.angles(), strict=True):
+    for rows, angle in zip(chunks(), zeroed.angles(), strict=True):
         column.rows.append_columns(rows["number"], rows["time_ns"], angle)
     check_spread(column.name, spread, span)
-    return {"zero_count": zero, "spread_counts": spread, "samples": len(counts)}
+    return {"zero_count": zero, "spread_counts": spread, "samples": len(column.rows) - before}
 
 
-def expect(column, counts, absolute, model, zeroed):
+def expect(column, chunks, absolute, model, zeroed):
     """Where the joint's encoder and the transmission say that the motor is."""
     joint, least, most, reached = joint_of(column.name), math.inf, -math.inf, True
-    for rows in counts.chunks():
+    for rows in chunks():
         at = interpolate(absolute.rows, "time_ns", "value", rows["time_ns"])
         angles, which = np.unique(at, return_inverse=True)
         expected = model.motor_angles(joint, angles)
@@ -154,8 +168,12 @@ def fill_one(column, values, origin_ns, store):
             time_ns = column.group.time_of(rows["number"]) + float(column.group.zero_ns - origin_ns)
         else:  # a frame that came too late counts from then on
             time_ns = np.maximum.accumulate(np.append(latest, (rows["stamp_ns"] - origin_ns).astype(float)))[1:]
-            latest = time_ns[-1] if len(time_ns) else latest
-        column.rows.append_columns(rows["number"], time_ns, values(rows["data"]))
+        values_of_rows = values(rows["data"])
+        if column.group and len(rows):  # a life of the sender begins behind the one before
+            good = time_ns > np.maximum.accumulate(np.append(latest, time_ns))[:-1]
+            rows, time_ns, values_of_rows = rows[good], time_ns[good], values_of_rows[good]
+        latest = time_ns[-1] if len(time_ns) else latest
+        column.rows.append_columns(rows["number"], time_ns, values_of_rows)
 
 
 def values_of(column, model):
@@ -229,6 +247,7 @@ class Table:
         self.names, self.store = names, store
         self.rows = store.spool([("time_ns", "f8"), ("value", "f8", (len(names),))])
         self.left_out = 0  # ticks
+        self.joints = []  # (last instant before, first behind) where the sender began anew
 
     def __len__(self):
         return len(self.rows)
@@ -255,6 +274,7 @@ def assemble(columns, names, required, store):
         table.rows.append_columns(time_ns[good], values[good])
         last_ns = time_ns[-1]
     table.left_out = possible_rows(base) - len(table)
+    table.joints = [tuple(base.rows.read(first - 1, first + 1)["time_ns"].tolist()) for first, _ in base.parts(base.rows)[1:]]
     return table
 
 
@@ -264,13 +284,14 @@ def source_of(column, base, required):
 
 
 def possible_rows(base):
-    """How many rows there would be had nothing been lost between the first and the last."""
-    first, last = base.limits()
+    """How many rows there would be had nothing been lost between the first and the last of each life of the sender."""
+    spans = [base.rows.read(end - 1, end)[0].tolist()[:2] + base.rows.read(first, first + 1)[0].tolist()[:2]
+             for first, end in base.parts(base.rows)]  # fmt: skip
     if base.group:
         apart = int(median(lambda: diffs(rows["number"] for rows in base.rows.chunks())) or 1) if base.field.multiplexer else 1
-        return int(last["number"] - first["number"]) // max(apart, 1) + 1
+        return sum((last - first) // max(apart, 1) + 1 for last, _, first, _ in spans)
     step = base.typical_step()
-    return 1 + round((last["time_ns"] - first["time_ns"]) / step) if step else len(base.rows)
+    return sum(1 + round((last_ns - first_ns) / step) for _, last_ns, _, first_ns in spans) if step else len(base.rows)
 
 
 def even(table, rate_hz):
@@ -280,7 +301,7 @@ def even(table, rate_hz):
         raise Refused(2, f"--rate: {span / step:.0f} samples from {len(table)}; expected at most {MOST_FINER} for each")
     near_ns = GAP_PERIODS * median(lambda: diffs(rows["time_ns"] for rows in table.rows.chunks()))
     out, count = Table(table.names, table.store), int(span / step * (1 + 1e-12)) + 1
-    out.left_out = table.left_out
+    out.left_out, out.joints = table.left_out, table.joints
     for first in range(0, count, CHUNK):
         grid = table.first_ns + step * np.arange(first, min(first + CHUNK, count))
         for part, rows, _ in around(table.rows, "time_ns", grid):
