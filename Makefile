@@ -323,7 +323,7 @@ $(BUILD)/python/talus_macros.h: $(BUILD)/python/talus_cdef.h
 
 # ---- check, show, measure ---------------------------------------------------
 
-.PHONY: deps check check-san check-long check-coverage cover check-arch test test-san test-long fuzz rig test-rig tsan lint demo paper blind nulls spike bench
+.PHONY: deps check check-san check-long check-coverage cover check-arch test test-san test-long fuzz rig test-rig tsan lint demo paper blind nulls spike camera bench
 # What a goal needs is installed first; then make starts anew, because what this
 # run found out about compilers and packages may no longer be true.
 again = +$(Q)$(MAKE) --no-print-directory $(if $(findstring jobserver,$(MAKEFLAGS)),,-j$(JOBS))
@@ -462,7 +462,9 @@ nulls:
 
 spike: SEED := 1
 spike: COUNT := 60
-spike:
+camera: SEED := 1
+camera: COUNT := 28
+spike camera:
 	@tools/setup check
 	$(again) all
 	$(Q)$(run_env) $(KNOWN)
@@ -555,6 +557,7 @@ help:
 	@echo 'make blind         how often talus-gap is right on withheld effects; SEED, COUNT, JOBS'
 	@echo 'make nulls         how often talus-gap says none where nothing is hidden; SEED, COUNT, JOBS, ONLY'
 	@echo 'make spike         how often it names an effect added to a real recording; SEED, COUNT, JOBS, TALUS_DATA='
+	@echo 'make camera        what a camera tells it of pairs of causes that are alike; SEED, COUNT, JOBS'
 	@echo 'make bench         compare speed with peers (installs them); BENCH=signals: one of them'
 	@echo 'make deps          install what is missing: apt packages, .venv'
 	@echo 'make install       DESTDIR, PREFIX ($(PREFIX)); make uninstall'

@@ -64,6 +64,48 @@ def test_any_picture(fenced, seed):
                     assert -2 < sample.x_px < image.width + 1 and -2 < sample.y_px < image.height + 1
 
 
+def lies_within(size, stride, width, height, channels):
+    """Whether such an image needs no byte beyond its own; in whole numbers that do not overflow."""
+    return (1 <= width <= 32767 and 1 <= height <= 32767 and channels in (3, 4) and width * channels <= stride
+            and stride * (height - 1) + width * channels <= size)  # fmt: skip
+
+
+def hostile(random):
+    """(size, an image's numbers), which need fit neither each other nor the bytes: any at all, or a byte too few or too many."""
+    channels = int(random.choice((0, 3, 3, 3, 4, 4, 5)))
+    if random.uniform() < 0.5:
+        width, height = map(int, random.integers(1, 50, 2))
+        stride = width * channels + int(random.choice((-1, 0, 1, 7)))
+        size = stride * (height - 1) + width * channels + int(random.choice((-1, 0, 0, 1)))
+        return max(size, 0), {"stride": stride % 2**64, "width": width, "height": height, "channels": channels}
+    width, height = (int(random.choice((-1, 0, 1, 2, 59, 32767, 32768, 2**31 - 1))) for _ in "wh")
+    size = int(random.choice((0, 1, 3, random.integers(0, 9000))))
+    stride = (0, 1, 3, size, 2**32, 2**62, 2**63, 2**64 - 1, 2**64 // max(height, 1) % 2**64)[random.integers(9)]
+    return size, {"stride": stride, "width": width, "height": height, "channels": channels}
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_any_size_and_stride(fenced, seed):
+    """Buffers from no byte to some thousands, right before the fence: what does not fit them is refused, to the byte."""
+    random, taken, blob = np.random.default_rng(seed), 0, ffi.new("tl_marker_blob[8]")
+    eye = Eye(radius_px=9)
+    for _ in range(1500):
+        size, given = hostile(random)
+        start = fenced + MIB - size
+        ctypes.memmove(start, content(random, size).tobytes(), size)
+        image = ffi.new("tl_image *", {"pixel": ffi.cast("uint8_t *", start), "size": size, **given})
+        for m in range(4):
+            eye.setup.start_px[m] = tuple(random.uniform(-50, 100, 2))
+        assert lib.tl_marker_start(eye.setup, eye.state) == lib.TL_OK
+        fits = lies_within(size, **given)
+        answer = lib.tl_marker_track(eye.setup, eye.classes, eye.state, image, 0.0, eye.sample, eye.run, RUNS)
+        assert answer == (lib.TL_OK if fits else lib.TL_ERR_ARGUMENT), (size, given)
+        found = lib.tl_marker_find(eye.classes, image, int(random.integers(-1, 80)), blob, int(random.integers(1, 9)), eye.run, RUNS)
+        assert 0 <= found <= 8 and (fits or found == 0)
+        taken += fits
+    assert 100 < taken < 1400
+
+
 @pytest.mark.parametrize("change", [{"size": 29}, {"size": 0}, {"stride": 8}, {"width": 0}, {"height": -1}, {"width": 40000},
                                     {"channels": 1}, {"channels": 5}, {"pixel": ffi.NULL}, {"stride": 2**63}])  # fmt: skip
 def test_an_image_beyond_its_bytes_is_refused(change):

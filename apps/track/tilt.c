@@ -1,9 +1,12 @@
 /* tilt.c: the plane's slope against the camera, from a track. */
+#include <math.h>
+#include <stddef.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "common/cli.h"
+#include "talus/math.h"
 #include "track/commands.h"
 #include "track/setup.h"
 #include "track/table.h"
@@ -45,16 +48,37 @@ static size_t whole_points(const struct setup *setup, const struct table *t, dou
   return n;
 }
 
+/* Directions of both links' lines at calibration. */
+static void lines_of(const struct setup *setup, double line_rad[2]) {
+  double point[4][2];
+  memcpy(point, setup->mark.start_px, sizeof point);
+  face_lens_undistort(&setup->lens, point, 4);
+  for (int k = 0; k < 2; k++)
+    line_rad[k] = tl_marker_direction(&setup->view, point[(ptrdiff_t)2 * k], point[2 * k + 1]);
+}
+
+/* The picture of the calibration shows the pose that it was given, with the new tilt, too. Without a pose both offsets are 0 and
+ * angles stay those of the lines. */
+static void keep_pose(struct setup *setup, const double old_rad[2]) {
+  double new_rad[2];
+  if (setup->view.shank_offset_rad == 0.0 && setup->view.foot_offset_rad == 0.0) return;
+  lines_of(setup, new_rad);
+  setup->view.shank_offset_rad += remainder(new_rad[0] - old_rad[0], 2.0 * TL_PI);
+  setup->view.foot_offset_rad += remainder(new_rad[1] - old_rad[1], 2.0 * TL_PI);
+}
+
 static int fit(struct setup *setup, const struct table *t, const char *path, struct app_error *error) {
-  double sigma[2];
+  double sigma[2], line_rad[2];
   double(*point)[4][2] = malloc((t->rows + 1) * sizeof *point);
   if (!point) return app_fail(error, APP_FAILED, "out of memory");
   const size_t n = whole_points(setup, t, point);
+  lines_of(setup, line_rad);
   const tl_status status = tl_marker_fit_tilt(&setup->view, (const double(*)[4][2])point, n, sigma);
   free(point);
   if (status != TL_OK)
     return app_fail(error, APP_BAD_INPUT, "%s: no tilt from %zu pictures with all markers: %s", path, n,
                     tl_status_text(status));
+  keep_pose(setup, line_rad);
   fprintf(stderr, "tilt %.5f +- %.5f to the right, %.5f +- %.5f down, from %zu pictures\n",
           setup->view.tilt[0], sigma[0], setup->view.tilt[1], sigma[1], n);
   return setup_write(asked.out, setup, error);

@@ -38,6 +38,7 @@ def parse():
     parser.add_argument("--passing", type=float, default=0.0, help="a bar passes each so many seconds")
     parser.add_argument("--flashes", help="a lamp flashes; CSV of its edges on the motion's clock")
     parser.add_argument("--hidden", choices=NAMES, nargs="*", default=[], help="markers that are not there")
+    parser.add_argument("--near-markers", action="store_true", help="draw the links around the markers only, which is faster")
     parser.add_argument("--seed", type=int, default=1)
     return parser.parse_args()
 
@@ -76,7 +77,7 @@ def film_of(asked, random):
     scene = Scene.leg(motion["time_s"], shank, shank + motion["ankle_position_rad"], passing=bars(asked, random),
                       hidden=tuple(map(NAMES.index, asked.hidden)), **lamp)  # fmt: skip
     # a lamp's light within an exposure needs more instants than a motion's blur
-    return Film(camera, scene, Look(instants=24 if asked.flashes else 3), asked.seed)
+    return Film(camera, scene, Look(instants=24 if asked.flashes else 3), asked.seed, whole=not asked.near_markers)
 
 
 def truth_row(truth, camera_s):

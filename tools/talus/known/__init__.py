@@ -1,2 +1,2 @@
 """The project's own checks of talus-gap where it is known what there is to find: simulated benches that hide nothing (docs/nulls.md),
-and real recordings with an effect added to them (docs/spike.md)."""
+real recordings with an effect added to them (docs/spike.md), and benches with and without a camera (docs/camera.md)."""

@@ -1,4 +1,4 @@
-"""python -m talus.known nulls|spike: see docs/nulls.md and docs/spike.md."""
+"""python -m talus.known nulls|spike|camera: see docs/nulls.md, docs/spike.md and docs/camera.md."""
 
 import sys
 

@@ -5,7 +5,7 @@ import os
 import sys
 from pathlib import Path
 
-from . import nulls, outputs, running, spikes
+from . import camera, nulls, outputs, running, spikes
 
 
 def read_only(text):
@@ -44,6 +44,13 @@ def run_spikes(options):
     return 0
 
 
+def run_camera(options):
+    cases = camera.draw(options.seed, options.count)
+    results = running.run("camera", cases, Path(options.out) / f"seed{options.seed}", camera.diagnose, options.jobs, options.keep)
+    outputs.camera(results, Path(options.out))
+    return 0
+
+
 def parser():
     top = argparse.ArgumentParser(prog="known", description="talus-gap where it is known what there is to find")
     commands = top.add_subparsers(dest="command", required=True)
@@ -54,7 +61,9 @@ def parser():
     other.add_argument("--data", default=os.environ.get("TALUS_DATA") or running.ROOT.parent / "shared" / "data",
                        help="folder of the recordings (TALUS_DATA)")  # fmt: skip
     other.set_defaults(run=run_spikes)
-    for command in (one, other):
+    third = commands.add_parser("camera", help="benches with one effect, with and without a camera's angles")
+    third.set_defaults(run=run_camera)
+    for command in (one, other, third):
         command.add_argument("--seed", type=int, default=1)
         command.add_argument("--count", type=number, default=60)
         command.add_argument("--out", required=True, help="folder of reports, kept there, and of the outcome")

@@ -8,7 +8,7 @@ from pathlib import Path
 import talus
 
 from ..blind.unseal import demand, figure, finite, words
-from . import null_scores, running, spike_scores
+from . import camera_scores, null_scores, running, spike_scores
 
 MET = {True: "met", False: "not met", None: ""}
 
@@ -158,3 +158,38 @@ def spikes(results, out):
     controls = [dict(zip(("recording", "verdict", "effects"), line, strict=True)) for line in control_lines(results)]
     report = {"schema": "talus-spike/1", "bars": [b.row() for b in bars], "groups": groups, "controls": controls}
     write_all(out, "spike", spike_page(rows, bars, groups, results), rows, report)
+
+
+# ---- what a camera adds ------------------------------------------------------------------
+
+CAMERA_COLUMNS = ["cause", "cases", "exact without", "... and alone", "exact with", "... and alone"]
+
+
+def camera_lines(groups):
+    return [[str(value) for value in group.values()] for group in groups]
+
+
+def camera_cases(rows):
+    return [[row["case"], row["joint"], row["size"], row["without"], row["with"], f"{row['camera_less_knee_mrad']:+.2f}"] for row in rows]
+
+
+def camera_page(rows, bars, groups):
+    parted = sum(row["alone_with"] for row in rows)
+    page = talus.Page("What a camera tells talus-gap",
+                      f"Of {len(rows)} benches, {parted} causes are named exactly and alone with the camera's angles.")  # fmt: skip
+    bars_table(page, bars)
+    page.table("Cause by cause", CAMERA_COLUMNS, camera_lines(groups))
+    page.table("Case by case; the last column is the mean of camera less knee encoder [mrad]",
+               ["case", "joint", "size", "without", "with", "camera"], camera_cases(rows), words=True)  # fmt: skip
+    return page
+
+
+def camera(results, out):
+    """Judges benches with and without a camera, prints the tables, writes camera.csv, .json and .html."""
+    rows = [camera_scores.judge(result) for result in results]
+    bars, groups = camera_scores.bars(rows), camera_scores.by_cause(rows)
+    print(words(bars))
+    print(aligned([CAMERA_COLUMNS, *camera_lines(groups)]))
+    print(aligned([["case", "joint", "size", "without", "with", "camera mrad"], *camera_cases(rows)]))
+    report = {"schema": "talus-camera/1", "bars": [b.row() for b in bars], "causes": groups}
+    write_all(out, "camera", camera_page(rows, bars, groups), rows, report)
