@@ -139,7 +139,7 @@ def recorded(dataset, record, motion, sensors, random):
         columns[name] = measured / scale
     source = dataset.processed_recordings[record].recording
     out = talus.Recording(columns)
-    out.score = source.score
+    out.score, out.origin = source.score, source.origin
     return out
 
 
