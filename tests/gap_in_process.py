@@ -20,7 +20,7 @@ def recorded(model, folder, *recordings):
     """(evidence of the recordings under the model of a file, the identified model)"""
     options = command.Options(["-m", str(model), "-r", str(folder / "gap.json"), *map(str, recordings)])
     options.check()
-    given, every = command.read(options)
+    given, names, every, _ = command.read(options)
     _, tree = command.identify(options, [])
-    processed_recordings = [ProcessedRecording(given, one, path) for one, path in zip(every, options.recordings)]
+    processed_recordings = [ProcessedRecording(given, one, path) for one, path in zip(every, names)]
     return Dataset(given, processed_recordings, tree), talus.Model.from_tree(tree)

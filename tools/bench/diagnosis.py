@@ -1,7 +1,9 @@
 """The diagnosis: every candidate on held-out blocks from products made once, against least squares anew for each
 candidate and fold; and how a whole talus-gap grows with the recording, from ten seconds to an hour."""
 
+import os
 import random
+from pathlib import Path
 
 import numpy
 import talus
@@ -10,10 +12,13 @@ from talus.diagnosis.dataset import Dataset
 from talus.diagnosis.search import Search
 from talus.diagnosis.processed_recording import ProcessedRecording
 from growth import repeat, run, simulate
-from measure import Comparison, Outcome, alternate, duration
+from measure import Comparison, Outcome, alternate
 
 RATE_HZ, PERIOD_S, CASE_S = 250, 8, 112  # of the twin's multisine; as long as a bench case
-LENGTHS_S = (8, 112, 600, 3600)
+GROWN = (("leg", 250, (24, 112, 600, 3600), {}),
+         ("pendulum", 1000, (60, 600, 3600), {"cpu_s": 40.0, "peak_kB": 200_000}))  # fmt: skip
+CASE = "case_019"
+LABELLED_BARS, QUICK_BARS = {"cpu_s": 16.0, "wall_s": 9.0, "peak_kB": 150_000}, {"wall_s": 2.5}
 TRIED = 12  # candidates that the peer fits; its time is scaled to all
 EQUAL = 1e-5  # columns are kept in single precision
 
@@ -67,24 +72,54 @@ def scan(size, recording, model):
                       seconds["talus"], scaled, note=f"the same chi-square to {off:.0e}"), off  # fmt: skip
 
 
-def grown(size, first, model):
-    """Time and memory of whole runs: [{seconds, rows, cpu_s, peak_kB}]."""
-    rows, recording = [], size.folder / "growth-gap.csv"
-    for length_s in size.scaled(LENGTHS_S, (8, 16)):
-        repeat(first, recording, length_s // PERIOD_S, PERIOD_S)
-        used = run(size, "talus-gap", ["--quiet", "--model", model, "--report", size.folder / "growth-gap.json", recording])
-        rows.append({"seconds": length_s, "rows": length_s * RATE_HZ, "cpu_s": used["cpu_s"], "peak_kB": used["peak_kB"]})
-    for path in size.folder.glob("growth-gap*"):
+def diagnosed(size, name, model, recordings, rows, bars, quick=False):
+    """Time and memory of a whole run; `bars` are the most that it may take, by figure."""
+    used = run(size, "talus-gap", ["--quiet", *(["--quick"] if quick else []), "--model", model, "--report", size.folder / "growth-gap.json",
+                                   *recordings])  # fmt: skip
+    for path in size.folder.glob("growth-gap.*json"):
         path.unlink()
+    (size.folder / "growth-gap.next.csv").unlink(missing_ok=True)
+    return {"recording": name, "rows": rows, "bars": bars, **{figure: used[figure] for figure in ("cpu_s", "wall_s", "peak_kB")}}
+
+
+def grown(size):
+    """Rows of the table for recordings of a leg and of one joint, ever longer; each simulated as a whole, for rows that stand in a
+    file twice are no recording."""
+    rows = []
+    for model, rate, lengths_s, bars in GROWN:
+        for length_s in lengths_s[:size.scaled(len(lengths_s), 1)]:
+            path = size.folder / "growth-long.csv"
+            try:
+                simulate(size, path, length_s, rate, model)
+                last = length_s == lengths_s[-1]
+                rows.append(diagnosed(size, f"{model}, {length_s} s at {rate} Hz", size.repository / "models" / f"{model}.yaml", [path],
+                                      length_s * rate, bars if last else {}))  # fmt: skip
+            finally:
+                path.unlink(missing_ok=True)
     return rows
 
 
+def labelled(size):
+    """Rows of the labelled case, with replicates and without; none where the data are not there."""
+    data = Path(os.environ.get("TALUS_DATA") or size.repository.parent / "shared" / "data") / "leg_cases" / CASE
+    recordings = sorted(data.glob("train*.csv.gz"))
+    if size.tiny or not recordings:
+        return []
+    rows = sum(len(talus.Recording.read(path).t) for path in recordings)
+    return [diagnosed(size, f"labelled leg case{words}", data / "model.yaml", recordings, rows, bars, quick)
+            for words, bars, quick in (("", LABELLED_BARS, False), (", --quick", QUICK_BARS, True))]  # fmt: skip
+
+
 def table_lines(rows):
-    """The table, and what a further row costs."""
-    yield f"{'recording':>12}{'rows':>11}{'processor':>12}{'peak memory':>14}{'a further row':>16}"
-    for before, r in zip([None, *rows], rows, strict=False):
-        each = duration((r["cpu_s"] - before["cpu_s"]) / (r["rows"] - before["rows"])) if before else ""
-        yield f"{r['seconds']:>10} s{r['rows']:>11,}{r['cpu_s']:>10.2f} s{r['peak_kB'] / 1000:>11.0f} MB{each:>16}"
+    """The table."""
+    yield f"{'recording':<28}{'rows':>11}{'processor':>12}{'wall':>10}{'peak memory':>14}"
+    for r in rows:
+        yield f"{r['recording']:<28}{r['rows']:>11,}{r['cpu_s']:>10.2f} s{r['wall_s']:>8.2f} s{r['peak_kB'] / 1000:>11.0f} MB"
+
+
+def over(rows):
+    """What takes more than its bar."""
+    return [f"{figure} of {r['recording']}" for r in rows for figure, most in r["bars"].items() if r[figure] > most]
 
 
 def bench(size):
@@ -94,9 +129,9 @@ def bench(size):
         simulate(size, first, PERIOD_S, RATE_HZ)
         repeat(first, case, size.scaled(CASE_S, 3 * PERIOD_S) // PERIOD_S, PERIOD_S)
         comparison, off = scan(size, case, model)
-        rows = grown(size, first, model)
     finally:
         first.unlink(missing_ok=True)
         case.unlink(missing_ok=True)
-    missed = [] if off < EQUAL else ["the same chi-square"]
+    rows = [*labelled(size), *grown(size)]
+    missed = ([] if off < EQUAL else ["the same chi-square"]) + over(rows)
     return Outcome([comparison], ["talus-gap as a whole", *table_lines(rows)], {"diagnosis": rows}, missed)

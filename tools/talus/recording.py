@@ -6,6 +6,7 @@
 """
 
 import gzip
+from dataclasses import dataclass
 
 import numpy
 
@@ -34,6 +35,15 @@ def score_of(model, recording):
     return recording.score if recording.has_score else model.score
 
 
+@dataclass(frozen=True)
+class Origin:
+    """The file that a recording is a stretch of: its name, when it begins and how long it is. None's is the recording itself."""
+
+    path: str | None
+    begin_s: float
+    length_s: float
+
+
 def _fields(struct):
     """A C struct's numbers by name."""
     return {name: getattr(struct, name) for name in dir(struct)}
@@ -50,6 +60,7 @@ class Recording:
         self.t = self.columns["time_s"]
         self.valid = self.columns.get("valid")
         self.has_score, self._score = score is not None, score_settings(score)
+        self.origin = Origin(None, float(self.t[0]), float(self.t[-1] - self.t[0]))
         self.recorded = sum(1 << known[name] for name in self.columns)
         self.step_s = lib.tl_median_step(pointer(self.t), len(self.t), pointer(numpy.empty(len(self.t) - 1)))
 
@@ -89,14 +100,8 @@ class Recording:
     def read(cls, path, score=None, model=None):
         """From a CSV file (also .gz), by the programs' reader: InputError names file and line of what is wrong. Without a
         model the columns tell whose recording it is."""
-        model = model or Model(_plant_of(path))
-        error = ffi.new("struct app_error *")
-        held = files().recording_open(str(path).encode(), model.struct.plant, error)
-        check_file(0 if held else -1, error)
-        try:
-            return cls(_columns(held, error), score)
-        finally:
-            files().recording_close(held)
+        with RecordingFile(path, model) as file:
+            return cls(file.columns(), score)
 
     @property
     def score(self):
@@ -163,13 +168,33 @@ def _plant_of(path):
     return max(plants(), key=lambda plant: bin(channel_set(Model(plant)).known & named).count("1"))
 
 
-def _columns(held, error):
-    """Every column of an open recording."""
-    n = files().recording_rows(held)
-    out = {name: numpy.empty(n) for name, c in channels().items() if files().recording_has(held, c) and name != "valid"}
-    column, valid = ffi.new("double *[]", lib.TL_CHANNEL_COUNT), numpy.empty(n, dtype=numpy.uint8)
-    for name, values in out.items():
-        column[channels()[name]] = pointer(values)
-    check_file(files().recording_read(held, 0, n, column, pointer(valid), error), error)
-    has_valid = "valid" in channels() and files().recording_has(held, channels()["valid"])
-    return {**out, "valid": valid.astype(float)} if has_valid else out
+class RecordingFile:
+    """A recording's file, checked and held open outside of memory, of which any rows can be had."""
+
+    def __init__(self, path, model=None):
+        model = model or Model(_plant_of(path))
+        self.path, self._error = str(path), ffi.new("struct app_error *")
+        self._held = files().recording_open(self.path.encode(), model.struct.plant, self._error)
+        check_file(0 if self._held else -1, self._error)
+        self.rows = files().recording_rows(self._held)
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *raised):
+        files().recording_close(self._held)
+
+    def columns(self, first=0, rows=None):
+        """{name: values} of some rows, or all."""
+        n, has = self.rows - first if rows is None else rows, lambda c: files().recording_has(self._held, c)
+        out = {name: numpy.empty(n) for name, c in channels().items() if has(c) and name != "valid"}
+        column, valid = ffi.new("double *[]", lib.TL_CHANNEL_COUNT), numpy.empty(n, dtype=numpy.uint8)
+        for name, values in out.items():
+            column[channels()[name]] = pointer(values)
+        check_file(files().recording_read(self._held, first, n, column, pointer(valid), self._error), self._error)
+        return {**out, "valid": valid.astype(float)} if has(channels()["valid"]) else out
+
+    def origin(self):
+        """The Origin of its stretches."""
+        first, last = (self.columns(row, 1)["time_s"][0] for row in (0, self.rows - 1))
+        return Origin(self.path, float(first), float(last - first))

@@ -13,7 +13,7 @@ import yaml
 import talus
 from talus import constants
 
-from . import experiment, fitted, gate, picture, report, words
+from . import excerpt, experiment, fitted, gate, picture, report, words
 from .calibration import lowpass
 from .search import search
 from .verdict import judge
@@ -144,10 +144,11 @@ def identify(options, findings):
 
 
 def read(options):
-    """The model and the recordings, by the programs' own readers; a model's own effects are looked for anew."""
+    """(model, names, recordings, findings on their length) by the programs' own readers; a model's own effects are looked for
+    anew."""
     try:
         model = talus.Model.read(options.flags["--model"])
-        recordings = [talus.Recording.read(path, model=model) for path in options.recordings]
+        names, recordings, findings = excerpt.read(options.recordings, model)
     except talus.InputError as error:
         raise Refused(2, str(error)) from error
     except OSError as error:
@@ -155,7 +156,7 @@ def read(options):
     model.effects = []
     for recording in recordings:
         recording.score = model.score
-    return model, recordings
+    return model, names, recordings, findings
 
 
 # ---- outputs -----------------------------------------------------------------------
@@ -208,8 +209,8 @@ def summary(found):
 def diagnose(options, step):
     """(diagnosis, model file's mapping, model)."""
     step("recordings")
-    given, recordings = read(options)
-    findings = gate.findings(given, options.recordings, recordings)
+    given, names, recordings, findings = read(options)
+    findings = [*gate.findings(given, names, recordings), *findings]
     step("identification")
     identification, tree = identify(options, findings)
     if tree.get("effects"):
@@ -218,13 +219,13 @@ def diagnose(options, step):
     model.effects = []
     if findings and findings[0].grave:
         return report.withheld(identification, findings), tree, model
-    processed = lowpass.processed_at(given, recordings, options.recordings, given.score.lowpass_hz)
+    processed = lowpass.processed_at(given, recordings, names, given.score.lowpass_hz)
     reason = experiment.too_poor(processed)
     if reason:
         return report.withheld(identification, [reason, *findings]), tree, model
     step("low-pass")
     seed = int(options.seed)
-    looks = lowpass.Looks(given, recordings, options.recordings, tree, processed)
+    looks = lowpass.Looks(given, recordings, names, tree, processed)
     through, dataset = looks.first(options.lowpass_hz, seed)
     finished, fit = search(dataset, list(model.base.values()), step, seed, replicated=not options.quick)
     step("half the low-pass")

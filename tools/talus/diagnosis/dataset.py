@@ -33,6 +33,18 @@ class Channel:
         self.thinned = self.rows
 
 
+def session(processed_recordings):
+    """(what went before the file of each recording, all together) in s: files one after the other, whose stretches share a begin."""
+    begins, total, path = [], 0.0, None
+    for origin in (processed.recording.origin for processed in processed_recordings):
+        if begins and path is not None and origin.path == path:
+            begins.append(begins[-1])
+            continue
+        begins.append(total)
+        total, path = total + origin.length_s, origin.path
+    return begins, total
+
+
 class Dataset:
     """All recordings of one diagnosis under one model."""
 
@@ -57,6 +69,7 @@ class Dataset:
         self.angle_kinds = [kind for kind in ("E", "K", "F") if kind in self.kinds]
         self.bandwidth = [processed.noise_bandwidth() for processed in processed_recordings]
         self.periods_s = [noise.find_period_s(processed) for processed in processed_recordings]
+        self.session_begin_s, self.session_s = session(processed_recordings)
         self.find_sigma()
         self.periodic = any(period is not None for period in self.periods_s)
         self._find_blocks()

@@ -5,6 +5,8 @@ Columns are kept thinned to what the low-pass leaves, in single precision; produ
 it does. The order of the unknowns is: base parameters, one constant for each kind of angle, the candidates' columns.
 """
 
+import gc
+
 import numpy as np
 
 from .catalogue.law import Column, batches, shows
@@ -152,6 +154,19 @@ class Gram:
         """Leaves of the columns made since the begin only those of the candidates `kept`."""
         wanted = {column for candidate in kept for column in candidate.columns}
         self._made = {column: rows for column, rows in self._made.items() if column in wanted}
+
+    def keep(self, chosen):
+        """Gives up the rows of all columns but those of the candidates `chosen`, where no more is searched."""
+        self._made = {c: [np.array(rows) for rows in self._rows_of(c)] for one in chosen for c in one.columns}
+        self.columns, self.place, self.candidates = [], {}, []
+        self.rows, self.owner = ([np.zeros(shape, kind)] * len(self.layouts) for shape, kind in (((0, 0), np.float32), (0, int)))
+
+    def release(self):
+        """Gives up rows and torque terms, in a process that was forked from the search's and makes its own."""
+        self.keep([])
+        self.plain = []
+        self.all_terms.clear()
+        gc.freeze()  # what stays is never garbage: to look through it would copy the pages shared with the other process
 
     def among(self, matrices):
         """Gram matrices (folds, k, k) of rows, one matrix a layout."""

@@ -123,7 +123,7 @@ def deviations(terms, windows, model, effects, torque):
     for place, effect in enumerate(effects):
         every[place] = effect[0]
     spec = ffi.new("tl_windows *", {"model": model.struct, "effect": every, "effects": len(effects), "step_s": windows.step_s,
-                   "begin_s": terms.processed.grid_t_s[0] - terms.t_s[0], "longest_step_s": LONGEST_STEP_S,
+                   "begin_s": terms.processed.grid_t_s[0] - terms.processed.recording.origin.begin_s, "longest_step_s": LONGEST_STEP_S,
                    "first": ffi.from_buffer("size_t[]", windows.starts), "count": len(windows.starts), "steps": windows.steps,
                    "deviation": pointer(out)})  # fmt: skip
     for name, rows in (("q", q), ("v", v), ("torque", torque)):

@@ -103,6 +103,7 @@ class Anew:
 
 def settled_fit(search, chosen, model):
     """joint_fit(), its columns made anew at the parameters found until these stay."""
+    search.gram.keep(chosen)
     found = joint_fit(search, chosen, model)
     for _ in range(MOST_FITS):
         trial = model.copy()

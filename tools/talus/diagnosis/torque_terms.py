@@ -120,8 +120,8 @@ class TorqueTerms:
         return self._instants[j]
 
     def _over_session(self, j):
-        now, processed_recordings = self._instants[j].copy(), self.dataset.processed_recordings[:self.record]
-        now["t_s"] += sum(processed.t_s[-1] - processed.t_s[0] for processed in processed_recordings)
+        now = self._instants[j].copy()
+        now["t_s"] += self.dataset.session_begin_s[self.record]
         return now
 
     def _take_instants(self):
@@ -145,7 +145,7 @@ class TorqueTerms:
 
     def _add_recorded(self, j, now):
         """What the recording itself tells, and the motor's torque through short stops."""
-        now["t_s"] -= self.t_s[0]
+        now["t_s"] -= self.processed.recording.origin.begin_s
         now["temp_C"] = self._temperature(j)
         if self.drive_Nm is None:
             now["motor_Nm"] = self.processed.bridge(now["motor_Nm"], j)

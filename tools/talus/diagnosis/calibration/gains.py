@@ -101,7 +101,7 @@ class Replicator:
         source = replicates.Source.of(search.dataset, base, fit.chosen, fit.strengths)
         if source is None:
             return None
-        own, found = gains_beside(search, fit.chosen), []
+        own, found, self.begin = gains_beside(search, fit.chosen), [], search.gram.release
         for numbers in (range(FEWEST), range(FEWEST, MOST)):
             found += [one for one in self._each(source, fit.chosen, numbers) if one is not None]
             if len(found) < 2:
@@ -119,7 +119,7 @@ class Replicator:
         try:
             if multiprocessing.current_process().daemon:
                 return [_one(number) for number in numbers]
-            with ProcessPoolExecutor(PROCESSES, multiprocessing.get_context("fork")) as pool:
+            with ProcessPoolExecutor(PROCESSES, multiprocessing.get_context("fork"), self.begin) as pool:
                 out = []
                 for number, one in zip(numbers, pool.map(_one, numbers)):
                     self.step(f"replicates without {'a further' if chosen else 'any'} effect, {number + 1}")

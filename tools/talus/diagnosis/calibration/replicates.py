@@ -5,6 +5,7 @@ same sensors: their resolution, noise and instants. What the search then finds i
 leave (parametric bootstrap, Davison and Hinkley, Bootstrap Methods and their Application, ch. 4).
 """
 
+import gc
 from dataclasses import dataclass
 
 import numpy as np
@@ -138,7 +139,7 @@ def recorded(dataset, record, motion, sensors, random):
         columns[name] = measured / scale
     source = dataset.processed_recordings[record].recording
     out = talus.Recording(columns)
-    out.score = source.score
+    out.score, out.origin = source.score, source.origin
     return out
 
 
@@ -188,6 +189,7 @@ class Source:
 
     def replicate(self, seed, number):
         """The dataset of one replicate; None where nothing of it can be used."""
+        gc.collect()  # a search's candidates hold their torque terms in circles: those of the replicate before
         random = np.random.Generator(np.random.Philox(key=[seed % 2**64, number]))
         made = []
         for old, motion, sensors in zip(self.dataset.processed_recordings, self.motions, self.sensors):

@@ -14,7 +14,7 @@ EVENLY, SETTLING = 1000.0, 3.0  # sessions in a time constant so long that chang
 def _over_session(all_terms):
     """Changes over all recordings, taken one after the other in the order given: (name, time constant)."""
     if len(all_terms) > 1:
-        whole_s = sum(s.t_s[-1] - s.t_s[0] for s in all_terms)
+        whole_s = all_terms[0].dataset.session_s
         yield "evenly over the session", EVENLY * whole_s
         yield "settling over the session", whole_s / SETTLING
 
@@ -40,7 +40,7 @@ def candidates(at):
         yield from (one(constant) for one in of_time)
     warm = {"time_constant_s": 1.0}  # a later recording finds what the last one ended with
     for name, constant_s in _over_session(at.all_terms):
-        whole = 1.0 - math.exp(-sum(s.t_s[-1] - s.t_s[0] for s in at.all_terms) / constant_s)
+        whole = 1.0 - math.exp(-at.dataset.session_s / constant_s)
         shapes = {"time_constant_s": constant_s}
         for form, amounts, figure in (("all", of_all, "share_at_end"), ("Coulomb", of_dry, "coulomb_share_at_end")):
             by_end = {parameter: amount / whole for parameter, amount in amounts.items()}
