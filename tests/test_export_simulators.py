@@ -245,7 +245,7 @@ def test_isaac_configures_each_drive(tmp_path, monkeypatch):
 
 
 @pytest.mark.parametrize(("arguments", "words"), [
-    (["--to", "usd", LEG], "--to: expected c, mjcf, urdf, sdf, bam or isaac, got usd"),
+    (["--to", "usd", LEG], "--to: expected c, mjcf, urdf, sdf, bam, isaac or mcap, got usd"),
     (["--to", "bam", LEG], "--joint: expected one of knee, ankle, found none"),
     (["--to", "urdf", "--limits", "hip.speed=3", LEG], "--limits: hip.speed: expected one of knee, ankle"),
     (["--to", "urdf", "--limits", "knee.position=2:1", LEG], "--limits: knee.position: expected LOW:HIGH, found '2:1'"),

@@ -14,7 +14,8 @@ static struct { const char *to, *out, *name; } asked = {.to = "c"};
 static struct controller_options drives = CONTROLLER_DEFAULTS;
 
 static const struct cli_option options[] = {
-    {"to", 't', CLI_TEXT, &asked.to, 1, "c", "c, a header for the controller; mjcf, urdf, sdf, bam or isaac"},
+    {"to", 't', CLI_TEXT, &asked.to, 1, "c",
+     "c, a header for the controller; mjcf, urdf, sdf, bam, isaac or mcap"},
     {"out", 'o', CLI_TEXT, &asked.out, 1, "OUT", "where to write"},
     {"name", 'n', CLI_TEXT, &asked.name, 0, "NAME", "how the header's constants begin (default: from --out)"},
     {"tick", 0, CLI_NUMBER, &drives.tick_s, 0, "S", "the control loop's period (default 0.001)"},
@@ -37,7 +38,7 @@ static const struct cli_program program = {
         "The other targets have options of their own: talus-export --to mjcf --help.",
 };
 
-static const char *const elsewhere[] = {"mjcf", "urdf", "sdf", "bam", "isaac"};
+static const char *const elsewhere[] = {"mjcf", "urdf", "sdf", "bam", "isaac", "mcap"};
 
 /* What --to asks for, before the command line is read: other targets have other options. NULL without it. */
 static const char *target_of(int argc, char **argv) {
@@ -98,7 +99,7 @@ int main(int argc, char **argv) {
   case CLI_USAGE: return APP_BAD_INPUT;
   }
   if (strcmp(asked.to, "c") != 0) {
-    (void)cli_complain("--to: expected c, mjcf, urdf, sdf, bam or isaac, got %s", asked.to);
+    (void)cli_complain("--to: expected c, mjcf, urdf, sdf, bam, isaac or mcap, got %s", asked.to);
     return APP_BAD_INPUT;
   }
   if (output_same(asked.out, argv[first])) {

@@ -1,4 +1,4 @@
-"""talus-export --to mjcf, urdf, sdf, bam, isaac: the command line. --to c is the C program's."""
+"""talus-export --to mjcf, urdf, sdf, bam, isaac, mcap: the command line. --to c is the C program's."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import talus
 from talus import BUILD, InputError, Model, Recording, constants, outputs
 from talus.refused import Refused
 
-from . import bam, isaac, limits, mjcf, sdf, target, urdf
+from . import bam, isaac, limits, mcap, mjcf, sdf, target, urdf
 
 NAME = "talus-export"
 USAGE = """\
@@ -22,9 +22,11 @@ usage: talus-export --to TARGET --out OUT [OPTION...] FITTED.yaml [REC.csv]
     talus-export --to urdf --limits knee.torque=60,knee.speed=4 --out leg.urdf leg.yaml
     talus-export --to bam --joint knee --out knee.json leg.yaml run.csv
 
-writes an identified model for a simulator, and how much torque of each effect that cannot hold
+    talus-export --to mcap --out run.mcap leg.yaml run.csv         # measured, predicted, residual; and layouts that show them
 
-  -t, --to TARGET      mjcf, urdf, sdf, bam or isaac; c is a header for a controller (talus-export --help)
+writes an identified model for a simulator, and how much torque of each effect that cannot hold; or a recording with its prediction
+
+  -t, --to TARGET      mjcf, urdf, sdf, bam, isaac or mcap; c is a header for a controller (talus-export --help)
   -o, --out OUT        where to write
       --report L.json  where to write what is lost (OUT.loss.json)
       --joint NAME     of bam: whose drive, where there are two
@@ -53,12 +55,14 @@ class Options:
         self.report = self.flags.get("--report") or f"{self.out}.loss.json"
 
     def check(self) -> None:
-        if self.to not in target.TARGETS:
-            raise Refused(2, f"--to: expected c, {', '.join(target.TARGETS)}, got {self.to or 'nothing'}")
+        if self.to not in (*target.TARGETS, "mcap"):
+            raise Refused(2, f"--to: expected c, {', '.join(target.TARGETS)} or mcap, got {self.to or 'nothing'}")
         if not self.out:
             raise Refused(2, f"--out is missing; {NAME} --help says what there is")
         if not 1 <= len(self.inputs) <= 2:
             raise Refused(2, "expected FITTED.yaml, and REC.csv or nothing")
+        if self.to == "mcap" and len(self.inputs) != 2:
+            raise Refused(2, "--to mcap: expected FITTED.yaml and REC.csv")
         if {os.path.realpath(self.out), os.path.realpath(self.report)} & {os.path.realpath(p) for p in self.inputs}:
             raise Refused(2, f"{self.out}: is an input and an output")
         if os.path.realpath(self.out) == os.path.realpath(self.report):
@@ -84,6 +88,13 @@ def export(model: Model, to: str, source: str, *, recording: Recording | None = 
     report = {"schema": "talus-loss/1", "target": to, "model": source, "motion_s": held.motion_s, "torque_unit": model.torque_unit,
               "entries": held.entries}  # fmt: skip
     return text, report
+
+
+def write_mcap(model: Model, recording: Recording, out: str) -> None:
+    """The recording, and a layout for PlotJuggler and one for Foxglove beside it."""
+    outputs.write(out, [mcap.content(model, recording)])
+    outputs.write_text(f"{out}.plotjuggler.xml", mcap.plotjuggler(model.joints))
+    outputs.write_text(f"{out}.foxglove.json", mcap.foxglove(model.joints))
 
 
 def table(report: dict[str, object]) -> str:
@@ -113,10 +124,15 @@ def run(arguments: list[str]) -> None:
     try:
         model = Model.read(options.inputs[0])
         recording = Recording.read(options.inputs[1], model=model) if len(options.inputs) == 2 else None
+        if options.to == "mcap" and recording is not None:
+            write_mcap(model, recording, options.out)
+            return
         text, report = export(model, options.to, options.inputs[0], recording=recording, joint=options.flags.get("--joint"),
                               text_limits=options.flags.get("--limits", ""))  # fmt: skip
     except InputError as error:
         raise Refused(2, str(error)) from error
+    except ValueError as error:
+        raise Refused(2, f"{options.inputs[-1]}: {error}") from error
     except (talus.TalusError, OSError) as error:
         raise Refused(1, f"{options.inputs[0]}: {error}") from error
     outputs.write_text(options.out, text)
