@@ -132,7 +132,7 @@ else
 programs:
 	@echo 'not built: the programs (missing: $(APP_MISSING)); `make deps` installs what they need'
 endif
-PYTHON_PROGRAMS := talus-gap talus-import talus-acquire-export
+PYTHON_PROGRAMS := talus-gap talus-import talus-acquire-export talus-export-simulator
 PYTHON_PACKAGES := talus
 module_of_talus-gap := talus.diagnosis
 needs_of_talus-gap := cffi, numpy, scipy, yaml
@@ -140,10 +140,12 @@ module_of_talus-import := talus.importing
 needs_of_talus-import := cffi, numpy, pint, yaml
 module_of_talus-acquire-export := talus.acquire_export
 needs_of_talus-acquire-export := cantools, cffi, numpy, yaml
+module_of_talus-export-simulator := talus.exporting
+needs_of_talus-export-simulator := cffi, numpy, scipy, yaml
 all: library python-side programs $(PYTHON_PROGRAMS:%=$(BUILD)/bin/%)
 
-# talus-gap (tools/talus/diagnosis) and talus-import (tools/talus/importing) are Python, and so is the export of talus-acquire (tools/talus/acquire_export): what stands in
-# bin/ finds an interpreter for it.
+# talus-gap (tools/talus/diagnosis), talus-import (importing), talus-acquire-export (acquire_export) and the files of talus-export for
+# simulators (exporting) are Python: what stands in bin/ finds an interpreter for it.
 # (program, where tools/ stands, where what was built stands) -> its text
 start_script = sed -e 's|@ROOT@|$(2)|' -e 's|@BUILD@|$(3)|' -e 's|@NAME@|$(1)|' \
 	-e 's|@MODULE@|$(module_of_$(1))|' -e 's|@NEEDS@|$(needs_of_$(1))|' tools/start.sh

@@ -1,5 +1,8 @@
-/* talus-export: an identified model as what something else reads; --to c: a header for a controller. */
+/* talus-export: an identified model as what something else reads; --to c: a header for a controller. Simulators' files are
+ * written by talus-export-simulator, which is Python: it gets the command line as it is. */
+#include <stdio.h>
 #include <string.h>
+#include <unistd.h>
 
 #include "common/cli.h"
 #include "common/output.h"
@@ -11,7 +14,8 @@ static struct { const char *to, *out, *name; } asked = {.to = "c"};
 static struct controller_options drives = CONTROLLER_DEFAULTS;
 
 static const struct cli_option options[] = {
-    {"to", 't', CLI_TEXT, &asked.to, 1, "c", "the kind of output: c, a header for the controller"},
+    {"to", 't', CLI_TEXT, &asked.to, 1, "c",
+     "c, a header for the controller; mjcf, urdf, sdf, bam, isaac or mcap"},
     {"out", 'o', CLI_TEXT, &asked.out, 1, "OUT", "where to write"},
     {"name", 'n', CLI_TEXT, &asked.name, 0, "NAME", "how the header's constants begin (default: from --out)"},
     {"tick", 0, CLI_NUMBER, &drives.tick_s, 0, "S", "the control loop's period (default 0.001)"},
@@ -30,8 +34,35 @@ static const struct cli_program program = {
         "--to c: a header with the constants of tl_controller_f64, _f32 and _q31 and their tables. It needs\n"
         "talus/controller.h and the sources controller_*.c, curve_*.c and fixed.c, and nothing else. An "
         "effect\n"
-        "of the model that has no fast form is named and nothing is written.",
+        "of the model that has no fast form is named and nothing is written.\n"
+        "The other targets have options of their own: talus-export --to mjcf --help.",
 };
+
+static const char *const elsewhere[] = {"mjcf", "urdf", "sdf", "bam", "isaac", "mcap"};
+
+/* What --to asks for, before the command line is read: other targets have other options. NULL without it. */
+static const char *target_of(int argc, char **argv) {
+  int i;
+
+  for (i = 1; i < argc && strcmp(argv[i], "--") != 0; i++) {
+    if (strncmp(argv[i], "--to=", 5) == 0) return argv[i] + 5;
+    if (strcmp(argv[i], "--to") == 0 || strcmp(argv[i], "-t") == 0) return argv[i + 1];
+    if (strncmp(argv[i], "-t", 2) == 0) return argv[i] + 2;
+  }
+  return NULL;
+}
+
+/* The program beside this one, with the same arguments; returns where it cannot be started. */
+static int hand_over(char **argv) {
+  const char *slash = strrchr(argv[0], '/');
+  char path[4096];
+  int n = snprintf(path, sizeof path, "%.*stalus-export-simulator", slash ? (int)(slash + 1 - argv[0]) : 0,
+                   argv[0]);
+
+  if (n > 0 && (size_t)n < sizeof path) (void)execvp(path, argv);
+  (void)cli_complain("talus-export-simulator, which writes it, cannot be started");
+  return APP_FAILED;
+}
 
 static int write_header(const char *path, struct app_error *error) {
   static struct model_file file;
@@ -56,15 +87,19 @@ static int write_header(const char *path, struct app_error *error) {
 
 int main(int argc, char **argv) {
   struct app_error error;
+  const char *to = target_of(argc, argv);
+  size_t i;
   int first;
 
+  for (i = 0; to && i < sizeof elsewhere / sizeof elsewhere[0]; i++)
+    if (strcmp(to, elsewhere[i]) == 0) return hand_over(argv);
   switch (cli_parse(&program, argc, argv, &first)) {
   case CLI_RUN: break;
   case CLI_DONE: return APP_OK;
   case CLI_USAGE: return APP_BAD_INPUT;
   }
   if (strcmp(asked.to, "c") != 0) {
-    (void)cli_complain("--to: expected c, got %s", asked.to);
+    (void)cli_complain("--to: expected c, mjcf, urdf, sdf, bam, isaac or mcap, got %s", asked.to);
     return APP_BAD_INPUT;
   }
   if (output_same(asked.out, argv[first])) {
