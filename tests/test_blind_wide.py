@@ -257,3 +257,6 @@ def test_a_further_effect_counts_like_the_first_and_intervals_are_held_against_w
     for interval, held in (((0.5, 0.7), True), ((0.7, 0.9), False)):
         report["report"]["gap"] = {"knee": gap(*interval)}  # 5 / 8 was closed
         assert scores.judge(hidden, report)["covered"] == [held]
+    report["report"]["gap"] = {"knee": gap(0.9, 1.0)}
+    report["unseen"]["extended"]["knee"] = 0.9  # more than all
+    assert scores.judge(hidden, report)["covered"] == [True]
