@@ -441,15 +441,15 @@ paper:
 # before the diagnosis begins.
 SEED ?= 208 209
 COUNT ?= 220
-BLIND ?= $(BUILD)/blind
+BLIND ?= $(BUILD)/blind$(if $(WIDE),-wide)
 blind_folders = $(foreach s,$(SEED),$(BLIND)/seed$(s)-$(COUNT))
 blind:
 	@tools/setup check
 	$(again) all
 	$(Q)$(foreach s,$(SEED),test -e $(BLIND)/seed$(s)-$(COUNT)/seal.sha256 || $(run_env) $(PYTHON) -m talus.blind draw \
-	  --seed $(s) --count $(COUNT) --jobs $(JOBS) --out $(BLIND)/seed$(s)-$(COUNT) || exit 1;)
+	  --seed $(s) --count $(COUNT) --jobs $(JOBS) $(if $(WIDE),--wide) --out $(BLIND)/seed$(s)-$(COUNT) || exit 1;)
 	$(Q)$(run_env) $(PYTHON) -m talus.blind run --jobs $(JOBS) $(blind_folders)
-	$(Q)$(run_env) $(PYTHON) -m talus.blind next $(blind_folders)
+	$(Q)$(if $(WIDE),,$(run_env) $(PYTHON) -m talus.blind next $(blind_folders))
 	$(Q)$(run_env) $(PYTHON) -m talus.blind open --out $(BLIND) $(blind_folders)
 
 # Where it is known what there is to find: reports that are there already stay, as long as talus-gap is the same.
@@ -556,7 +556,7 @@ help:
 	@echo 'make fuzz          mutated inputs for the export: COUNT of them, from SEED on'
 	@echo 'make rig           tests on a real kernel with CAN and GPIO, in guests where this one has none'
 	@echo 'make paper         reproduce the source paper on one page'
-	@echo 'make blind         how often talus-gap is right on withheld effects; SEED, COUNT, JOBS'
+	@echo 'make blind         how often talus-gap is right on withheld effects; SEED, COUNT, JOBS, WIDE=1'
 	@echo 'make nulls         how often talus-gap says none where nothing is hidden; SEED, COUNT, JOBS, ONLY'
 	@echo 'make spike         how often it names an effect added to a real recording; SEED, COUNT, JOBS, TALUS_DATA='
 	@echo 'make camera        what a camera tells it of pairs of causes that are alike; SEED, COUNT, JOBS'

@@ -4,12 +4,12 @@ import json
 
 from support import run
 
-from talus.blind import cases, effects
+from talus.blind import cases, effects, plants
 
 
 def leg_mass_kg():
     """What hangs from the mount: shank, foot and ankle motor."""
-    return sum(cases.FIXED[part] for part in ("ms", "mf", "mm"))
+    return sum(plants.FIXED[part] for part in ("ms", "mf", "mm"))
 
 
 def bench_with(folder, effect, joint, hidden):

@@ -16,7 +16,7 @@ from scoring_reference import score as reference
 from support import program, run
 
 import talus
-from talus.blind import bench, cases, effects, following, running, scores, sensors, unknowns
+from talus.blind import bench, cases, effects, following, narrow, plants, running, scores, sensors, unknowns
 from talus.blind.command import main
 from talus.blind.surviving import joint_angle, surviving
 
@@ -37,7 +37,7 @@ def plain():
 def test_nothing_survives_where_nothing_is_hidden(plain):
     case, simulated = plain
     ratios, _ = case.ratios(simulated, [])
-    for name in bench.RECORDINGS:
+    for name in narrow.RECORDINGS:
         assert max(ratios[name][joint] for joint in JOINTS) < 0.01  # of the noise
         assert max(ratios[name]["knee_camera"], ratios[name]["ankle_encoder"]) < 1e-6
 
@@ -47,16 +47,16 @@ def test_the_librarys_mechanics_explain_the_bench(plain, tmp_path):
     case, (runs, currents, sensor) = plain
     name, rng = "train1", np.random.default_rng(1)
     noise = sensors.complete_noise(
-        {**case.noise, **{k: 2 * np.pi / 2**18 for k in case.noise if k.endswith("lsb_rad")}}
+        {**case.noise, **{k: 2 * np.pi / 2**18 for k in case.noise if k.endswith("lsb_rad")}}, case.plant
     )
-    shown = sensors.recording(runs[name], currents[name], sensor, noise, case.options, {}, 0.0, rng)
+    shown = sensors.recording(runs[name], currents[name], sensor, noise, case.options, {}, 0.0, rng, case.plant)
     sensors.write(tmp_path / "leg.csv.gz", shown)
-    (tmp_path / "true.yaml").write_text(cases.model_text(vars(case.plant)))
+    (tmp_path / "true.yaml").write_text(case.plant.model_text(case.plant.parameters()))
     run("talus-predict", "--model", tmp_path / "true.yaml", "--out", tmp_path / "p.csv", tmp_path / "leg.csv.gz")
     model, data = talus.Model.read(tmp_path / "true.yaml"), talus.Recording.read(tmp_path / "leg.csv.gz")
     torque = np.ascontiguousarray(np.loadtxt(tmp_path / "p.csv", delimiter=",", skiprows=1)[:, 1:].T)
     measured = talus.measured(model, data)
-    truth = np.array([bench.FIXED["K"] * currents[name][joint] for joint in JOINTS])
+    truth = np.array([plants.FIXED["K"] * currents[name][joint] for joint in JOINTS])
     error, alone = talus.score(model, data, torque), talus.score(model, data, truth)
     for joint in JOINTS:
         assert error[joint]["measured_rms"] > 5 * alone[joint]["rms"]  # there is something to explain
@@ -124,7 +124,7 @@ def test_a_longer_settling_changes_nothing(plain):
 
 
 def draws(count=160):
-    plant = bench.Plant.draw(np.random.default_rng(0))
+    plant = plants.Leg.draw(np.random.default_rng(0))
     for number in range(count * len(effects.CATALOGUE)):
         yield effects.draw(np.random.default_rng(number), plant, number / len(effects.CATALOGUE) + 1e-9)
 
@@ -191,7 +191,7 @@ def test_draw_writes_what_a_user_has(tmp_path, capsys):
 
 
 def test_a_bench_that_swings_between_its_currents_limits_is_no_case():
-    shown = {name: {"knee": np.array([0.5, -2.0]), "ankle": np.array([0.1, 0.3])} for name in cases.RECORDINGS}
+    shown = {name: {"knee": np.array([0.5, -2.0]), "ankle": np.array([0.1, 0.3])} for name in narrow.RECORDINGS}
     assert not cases.runs_away(({}, shown, {}))
     for joint, peak in (("knee", -7.9), ("ankle", 1.45)):
         once = {**shown, "train2": {**shown["train2"], joint: np.array([0.2, peak])}}
@@ -202,7 +202,7 @@ def test_a_bench_that_swings_between_its_currents_limits_is_no_case():
 def test_a_drive_is_not_asked_for_currents_at_which_its_droop_would_take_all_torque():
     droop = effects.Drawn("torque_saturation", "knee", "quadratic", "", effects.of("knee", sat_form=1))
     for peak, gives_out in ((3.2, False), (3.4, True), (-4.5, True)):
-        simulated = ({}, {name: {"knee": np.array([0.5, peak]), "ankle": np.array([0.1])} for name in cases.RECORDINGS}, {})
+        simulated = ({}, {name: {"knee": np.array([0.5, peak]), "ankle": np.array([0.1])} for name in narrow.RECORDINGS}, {})
         assert cases.drive_gives_out([droop], simulated) == gives_out
         assert not cases.drive_gives_out([], simulated)
 
@@ -400,7 +400,7 @@ def test_singles_and_joints():
         ]
     )
     assert value(found, "single, observable: effect and joint") == 0.25
-    assert value(found, "single, observable: up to") == 0.5
+    assert value(found, "single, observable: up to the alias") == 0.5
     assert value(found, "single, observable: joint") == 0.5
 
 
@@ -457,6 +457,6 @@ def test_surviving_is_what_least_squares_leaves(plain):
     case, (runs, currents, _) = plain
     added = {n: {j: i + 0.5 * case.noise[f"{j}_current_A"] * np.cos(400 * runs[n]["t"]) for j, i in both.items()}
              for n, both in currents.items()}  # fmt: skip
-    ratios, _ = surviving(runs, added, {**case.noise, "camera_rad": None}, {})
+    ratios, _ = surviving(runs, added, {**case.noise, "camera_rad": None}, {}, case.plant)
     assert ratios["train1"]["knee"] == pytest.approx(0.5 / np.sqrt(2), rel=0.03)
     assert ratios["train3"]["ankle"] == pytest.approx(0.5 / np.sqrt(2), rel=0.03)

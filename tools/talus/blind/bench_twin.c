@@ -1,6 +1,6 @@
 /* bench_twin.c: runs one recording: bench_twin JOB TIMES OUT
  *
- * JOB is text (twin_read.c), TIMES binary doubles: the instants of the samples; OUT binary doubles, 18 a sample. */
+ * JOB is text (twin_read.c), TIMES binary doubles: the instants of the samples; OUT binary doubles, 20 a sample. */
 #include "twin.h"
 
 #include <math.h>
@@ -10,7 +10,7 @@
 
 #define TWO_PI 6.28318530717958647692
 
-enum { COLUMNS = 18 };
+enum { COLUMNS = 20 };
 
 static double uniform(uint64_t *state) { /* splitmix64 */
   uint64_t z = (*state += 0x9E3779B97F4A7C15u);
@@ -45,9 +45,17 @@ static double multisine(const twin_bench *b, const double *size, const double *p
   return fade <= 0.0 ? 0.0 : sum * fade * fade * fade * (10.0 - 15.0 * fade + 6.0 * fade * fade);
 }
 
-/* A series of points, joined by straight lines. */
+/* Slope at a point, by its neighbours. */
+static double slope(const twin_bench *b, const double *value, int at) {
+  int left = at > 0 ? at - 1 : at, right = at + 1 < (int)b->points ? at + 1 : at;
+
+  return (value[right] - value[left]) / (b->point_s[right] - b->point_s[left]);
+}
+
+/* A series of points, joined by straight lines, or by cubics with the slopes of the points (Catmull and Rom, 1974). */
 static double ramp(const twin_bench *b, const double *value, double t) {
   int low = 0, high = (int)b->points - 1;
+  double width, x;
 
   if (t <= b->point_s[0]) return value[0];
   if (t >= b->point_s[high]) return value[high];
@@ -58,8 +66,12 @@ static double ramp(const twin_bench *b, const double *value, double t) {
     else
       low = middle;
   }
-  return value[low] +
-         (value[high] - value[low]) * (t - b->point_s[low]) / (b->point_s[high] - b->point_s[low]);
+  width = b->point_s[high] - b->point_s[low];
+  x = (t - b->point_s[low]) / width;
+  if (b->smooth > 0.5)
+    return value[low] + (value[high] - value[low]) * x * x * (3.0 - 2.0 * x) +
+           width * x * (1.0 - x) * ((1.0 - x) * slope(b, value, low) - x * slope(b, value, high));
+  return value[low] + (value[high] - value[low]) * (t - b->point_s[low]) / width;
 }
 
 static double wanted(const twin_bench *b, int joint, double t) {
@@ -72,7 +84,7 @@ void twin_control(const twin_bench *b, twin_state *s, double t) {
   const double tick = 1e-3;
   int joint;
 
-  for (joint = 0; joint < JOINTS; joint++) {
+  for (joint = 0; joint < twin_joints(b); joint++) {
     const twin_joint *j = &b->joint[joint];
     double w = b->ref_filter > 0.0 ? b->ref_filter : 0.0, target = wanted(b, joint, t), ratio = b->ratio,
            before, now;
@@ -92,6 +104,7 @@ void twin_control(const twin_bench *b, twin_state *s, double t) {
     rate = (angle - s->last_angle[joint]) / tick;
     s->last_angle[joint] = angle;
     if (joint == ANKLE) inertia += b->ima * ratio * ratio;
+    if (j->control_inertia > 0.0) inertia = j->control_inertia;
     i = inertia / (ratio * ratio) * (omega * omega * (aim - angle) + 2.0 * j->zeta * omega * (aim_v - rate));
     i /= j->torque_constant;
     s->current[joint] = fmax(-j->current_limit, fmin(j->current_limit, i));
@@ -122,6 +135,8 @@ static void sample(const twin_bench *b, const twin_state *s, double ahead, doubl
   row[15] = s->load[ANKLE];
   row[16] = twin_energy(b, t, s);
   row[17] = s->work_in - s->work_lost;
+  row[18] = s->v[SHANK] - left * s->a[SHANK];
+  row[19] = s->a[SHANK];
 }
 
 /* The sensor's own lag follows the current. */
@@ -140,7 +155,7 @@ static void show_current(const twin_bench *b, twin_state *s) {
 static int run(const twin_bench *b, const double *times, size_t n, double *rows) {
   long ticks = lround(1e-3 / b->step_s), k = 0;
   size_t at = 0, current[JOINTS] = {0, 0};
-  double begin = -floor(b->settle_s * 1e3) * 1e-3;
+  double begin = -floor(b->settle_s * 1e3) * 1e-3, range = b->range > 0.0 ? b->range : 1.5;
   twin_state s;
   int joint;
 
@@ -161,8 +176,8 @@ static int run(const twin_bench *b, const double *times, size_t n, double *rows)
       memcpy(now.q, before.q, sizeof s.q); /* positions move with the new velocities */
       for (; at < n && times[at] < end; at++) sample(b, &now, times[at] - t, times[at], rows + at * COLUMNS);
     }
-    for (joint = 0; joint < JOINTS; joint++)
-      if (!(fabs(twin_joint_angle(s.q, joint)) < 1.5)) return -1;
+    for (joint = 0; joint < twin_joints(b); joint++)
+      if (!(fabs(twin_joint_angle(s.q, joint)) < range)) return -1;
     k++;
   }
   return 0;

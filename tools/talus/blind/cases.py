@@ -2,15 +2,16 @@
 
 import hashlib
 import json
-from dataclasses import asdict
 
 import numpy as np
 
-from . import effects, sensors, unknowns
-from .bench import CURRENT_LIMIT_A, FIXED, LINKAGE, RECORDINGS, Plant, draw_control, draw_runs, simulate
+from . import effects, narrow, sensors, unknowns, wide
+from .bench import simulate
+from .narrow import CURRENT_LIMIT_A
 from .surviving import surviving
 
 MIX = {"single": 0.45, "pair": 0.18, "none": 0.18, "unknown": 0.19}
+PROTOCOLS = {protocol.NAME: protocol for protocol in (narrow, wide)}
 FARTHEST_DROOP = 1.5  # times the current at which it is told, that a drive with a droop may be asked for
 # steps of additive sequences: neighbours spread evenly over kinds and effects, and case k never depends on the count
 KIND_STEP, EFFECT_STEP = 0.6180339887498949, 0.7548776662466927
@@ -31,17 +32,19 @@ def kind_of(seed, number, mix):
 
 
 class Case:
-    """One case: all that is random about it, by its own streams."""
+    """One case: all that is random about it, by its own streams. The protocol draws plant, control, limits_A, runs, noise,
+    options and what is said of it in the sealed file."""
 
-    def __init__(self, seed, number, mix):
+    def __init__(self, seed, number, mix, protocol="narrow"):
         self.number, self.kind, self.seed = number, kind_of(seed, number, mix), (seed, number + 1)
         self.streams = {name: np.random.default_rng([seed, number + 1, i])
                         for i, name in enumerate(("plant", "bench", "effect", "noise", "prior"))}  # fmt: skip
-        self.plant = Plant.draw(self.streams["plant"])
-        bench = self.streams["bench"]
-        self.control, self.runs = draw_control(bench), draw_runs(bench)
-        self.noise, self.options = sensors.complete_noise(sensors.draw_noise(bench)), sensors.draw_options(bench)
-        rng, at = self.streams["effect"], _place(seed, number, EFFECT_STEP, 2)
+        PROTOCOLS[protocol].draw_bench(self)
+        self.redraw(_place(seed, number, EFFECT_STEP, 2))
+
+    def redraw(self, at):
+        """What is hidden; `at` in 0..1 chooses which."""
+        rng = self.streams["effect"]
         if self.kind == "single":
             self.drawn = [effects.draw(rng, self.plant, at)]
         elif self.kind == "pair":
@@ -64,11 +67,11 @@ class Case:
     def simulate(self, drawn):
         """Runs, shown currents and the sensors' table; None where the leg leaves its range."""
         job, sensor, out = self.job(drawn), self.sensor(drawn), {}
-        for name in RECORDINGS:
-            out[name] = simulate({**job, **self.runs[name]["job"]}, self.runs[name]["times"])
+        for name, run in self.runs.items():
+            out[name] = simulate({**job, **run["job"]}, run["times"])
             if out[name] is None:
                 return None
-        return out, {name: sensors.shown_currents(out[name], sensor) for name in RECORDINGS}, sensor
+        return out, {name: sensors.shown_currents(out[name], sensor) for name in self.runs}, sensor
 
     def ratios(self, simulated, drawn):
         runs, currents, sensor = simulated
@@ -76,49 +79,60 @@ class Case:
         shown = {name: sensors.shown_joint(run, sensor) for name, run in runs.items()}
         currents = {name: {joint: sensors.hang(i, runs[name]["t"], sensor, joint) for joint, i in both.items()}
                     for name, both in currents.items()}  # fmt: skip
-        return surviving(runs, currents, noise, self.job(drawn), shown)
+        return surviving(runs, currents, noise, self.job(drawn), self.plant, shown)
 
 
 def observable(ratios):
     """Whether torque and angle show it in training."""
-    seen = [ratios[name] for name in RECORDINGS if name != "test"]
-    return (any(max(r["knee"], r["ankle"]) > 1 for r in seen),
-            any(max(r["knee_camera"], r["ankle_encoder"]) > 1 for r in seen))  # fmt: skip
+    seen = [r for name, r in ratios.items() if name != "test"]
+    angles = ("knee_camera", "ankle_encoder")
+    return (any(value > 1 for r in seen for name, value in r.items() if name not in angles),
+            any(r.get(name, 0.0) > 1 for r in seen for name in angles))  # fmt: skip
 
 
-def current_peak_A(simulated):
+def current_peak_A(simulated, joints=("knee", "ankle")):
     """Largest shown current of each joint over all recordings."""
-    return {j: float(max(np.abs(simulated[1][n][j]).max() for n in RECORDINGS)) for j in CURRENT_LIMIT_A}
+    return {j: float(max(np.abs(both[j]).max() for both in simulated[1].values())) for j in joints}
 
 
-def runs_away(simulated):
-    """Does the leg leave its range, or a motor swing between its current's limits? No one records such a bench."""
+def runs_away(simulated, limits_A=CURRENT_LIMIT_A):
+    """Does the machine leave its range, or a motor swing between its current's limits? No one records such a bench."""
     if simulated is None:
         return True
-    return any(peak > 0.9 * CURRENT_LIMIT_A[joint] for joint, peak in current_peak_A(simulated).items())
+    return any(peak > 0.9 * limits_A[joint] for joint, peak in current_peak_A(simulated, limits_A).items())
 
 
-def drive_gives_out(drawn, simulated):
+def drive_gives_out(drawn, simulated, told_A=effects.PEAK_A):
     """Does a current go far beyond the one at which a droop is told? Some forms would then give ever less torque for more
     current, as no drive does that is on a bench."""
-    peak = current_peak_A(simulated)
-    return any(effects.droops(one) and peak[one.joint] > FARTHEST_DROOP * effects.PEAK_A[one.joint] for one in drawn)
+    peak = current_peak_A(simulated, told_A)
+    return any(effects.droops(one) and peak[one.joint] > FARTHEST_DROOP * told_A[one.joint] for one in drawn)
 
 
 def settle(case):
     """The case's simulation; an effect that lets the bench run away, or its drive give out, is drawn again."""
-    simulated = case.simulate(case.drawn)
-    while runs_away(simulated) or drive_gives_out(case.drawn, simulated):
-        rng = case.streams["effect"]
-        case.drawn = ([effects.draw(rng, case.plant, rng.uniform())] if case.kind == "single"
-                      else effects.draw_pair(rng, case.plant, rng.uniform()) if case.kind == "pair"
-                      else [unknowns.draw(rng, case.plant, rng.uniform())])  # fmt: skip
+    simulated, told_A = case.simulate(case.drawn), {joint: scale.peak_A for joint, scale in case.plant.scale.items()}
+    while runs_away(simulated, case.limits_A) or drive_gives_out(case.drawn, simulated, told_A):
+        case.redraw(case.streams["effect"].uniform())
         simulated = case.simulate(case.drawn)
     return simulated
 
 
+def shown_name(case, joint):
+    """A twin's joint as the files call it."""
+    return case.plant.shown.get(joint, joint)
+
+
+def by_shown_name(case, values):
+    """The same of a mapping's names."""
+    for joint, name in case.plant.shown.items():
+        values = {name + key.removeprefix(joint) if key.split("_")[0] == joint else key: v for key, v in values.items()}
+    return values
+
+
 def describe(case, one, ratios=None):
-    entry = {"effect": one.effect, "joint": one.joint, "size": one.size, "form": one.form, "alias_with": one.alias,
+    alias = [[effect, shown_name(case, joint)] for effect, joint in one.alias if effect in effects.OF_PLANT[case.plant.kind]]
+    entry = {"effect": one.effect, "joint": shown_name(case, one.joint), "size": one.size, "form": one.form, "alias_with": alias,
              "parameters": one.parameters()}  # fmt: skip
     if ratios:
         entry["observable_torque"], entry["observable_angle"] = observable(ratios[0])
@@ -138,79 +152,55 @@ def truth(case, simulated):
     single = case.kind == "single"
     noise = {**case.noise, "camera_rad": case.noise["camera_rad"] if case.options["camera"] else None}
     return {
+        **({"protocol": case.protocol} if case.protocol else {}),
         "case": f"case_{case.number:03d}",
         "kind": case.kind,
         "effects": parts if case.kind != "unknown" else [],
         "hidden": parts[0] if case.kind == "unknown" else None,
         "effect": case.drawn[0].effect if single else case.kind,
-        "joint": case.drawn[0].joint if single else "none",
-        "alias_with": case.drawn[0].alias if single else [],
-        "surviving_over_noise": ratios,
+        "joint": shown_name(case, case.drawn[0].joint) if single else "none",
+        "alias_with": parts[0]["alias_with"] if single else [],
+        "surviving_over_noise": {name: by_shown_name(case, r) for name, r in ratios.items()},
         "detectability": detectability,
         "observable_torque": in_torque,
         "observable_angle": in_angle,
         "observable": in_torque or in_angle,
-        "noise": noise,
-        "parameters": asdict(case.plant),
+        "noise": by_shown_name(case, noise),
+        "parameters": case.plant.parameters(),
         "base_parameters": case.plant.base(),
-        "current_peak_A": current_peak_A(simulated),
+        "current_peak_A": by_shown_name(case, current_peak_A(simulated, case.plant.joints)),
     }
-
-
-def cad_model(case):
-    """The model as CAD gives it: what has to be identified is off."""
-    rng, p = case.streams["prior"], case.plant
-    parts = {name: 0.10 if name.endswith("com_m") else 0.20 if "inertia" in name else 0.40 for name in asdict(p)}
-    return model_text({name: x * rng.uniform(1 - parts[name], 1 + parts[name]) for name, x in asdict(p).items()})
-
-
-def model_text(parameters):
-    """A model file with these values of what has to be identified, and the drawing's of all else."""
-    p = {name: f"{value:.9g}" for name, value in parameters.items()}
-    com = [p[f"{name}_com_m"] for name in ("shank", "foot", "ankle_motor")]
-    inertia = [p[name] for name in ("shank_inertia_kg_m2", "foot_inertia_kg_m2", "ankle_rotor_inertia_kg_m2")]
-    friction = [p[f"{joint}_{what}"] for joint in ("knee", "ankle") for what in ("coulomb_Nm", "viscous_Nms_rad")]
-    sizes = ", ".join(f"{name}: {value}" for name, value in LINKAGE.items())
-    return f"""plant: leg
-gravity_m_s2: {FIXED["gravity"]}
-shank: {{length_m: {FIXED["ls"]}, mass_kg: {FIXED["ms"]}, com_m: {com[0]}, inertia_kg_m2: {inertia[0]}}}
-foot: {{mass_kg: {FIXED["mf"]}, com_m: {com[1]}, inertia_kg_m2: {inertia[1]}}}
-ankle_motor: {{mass_kg: {FIXED["mm"]}, com_m: {com[2]}}}
-knee:
-  transmission: {{type: fixed, ratio: 51}}
-  torque_constant_Nm_A: {FIXED["K"]}
-  friction: {{coulomb_Nm: {friction[0]}, viscous_Nms_rad: {friction[1]}}}
-ankle:
-  transmission: {{type: screw_linkage, {sizes}}}
-  torque_constant_Nm_A: {FIXED["K"]}
-  rotor_inertia_kg_m2: {inertia[2]}
-  friction: {{coulomb_Nm: {friction[2]}, viscous_Nms_rad: {friction[3]}}}
-"""
 
 
 def write_case(folder, case, simulated):
     """model.yaml and the four recordings."""
     place = folder / f"case_{case.number:03d}"
     place.mkdir(parents=True, exist_ok=True)
-    (place / "model.yaml").write_text(cad_model(case))
+    (place / "model.yaml").write_text(case.plant.cad(case.streams["prior"]))
     runs, currents, sensor = simulated
     job = case.job(case.drawn)
-    for name in RECORDINGS:
+    for name in case.runs:
         session = case.runs[name]["job"]["session_s"]
         shown = sensors.recording(
-            runs[name], currents[name], sensor, case.noise, case.options, job, session, case.streams["noise"]
+            runs[name], currents[name], sensor, case.noise, case.options, job, session, case.streams["noise"], case.plant
         )
-        sensors.write(place / f"{name}.csv.gz", shown)
+        sensors.write(place / f"{name}.csv.gz", shown, decimals(case))
+
+
+def decimals(case):
+    """Of the files' columns: those of the narrow protocol, else as many as there are."""
+    return None if case.protocol else sensors.DECIMALS
 
 
 def write_floor(place, case):
-    """The unseen recording as it would be without any effect and without noise on the currents: what the true model
-    leaves of it is lost to encoder steps and smoothing, whatever the effect."""
+    """The unseen recording as it would be without any effect, in the narrow protocol also without noise on the currents: what
+    the true model leaves of it is lost to encoder steps and smoothing, in the wide one to noise, whatever the effect."""
     run = simulate({**case.job([]), **case.runs["test"]["job"]}, case.runs["test"]["times"])
-    silent = {**case.noise, "knee_current_A": 0.0, "ankle_current_A": 0.0}
+    silent = case.noise if case.protocol else {**case.noise, "knee_current_A": 0.0, "ankle_current_A": 0.0}
     options = {**case.options, "camera": False, "temperature": False, "bus": False}
     rng = np.random.default_rng(0)
-    sensors.write(place, sensors.recording(run, sensors.shown_currents(run, {}), {}, silent, options, {}, 0.0, rng))
+    shown = sensors.recording(run, sensors.shown_currents(run, {}), {}, silent, options, {}, 0.0, rng, case.plant)
+    sensors.write(place, shown, decimals(case))
 
 
 def plain(value):
@@ -220,21 +210,23 @@ def plain(value):
     raise TypeError(type(value))
 
 
-def make(seed, number, mix, folder):
+def make(seed, number, mix, folder, protocol="narrow"):
     """Writes one case; its truth."""
-    case = Case(seed, number, mix)
+    case = Case(seed, number, mix, protocol)
     simulated = settle(case)
     answer = truth(case, simulated)
     write_case(folder, case, simulated)
     (folder / "sealed").mkdir(exist_ok=True)
     write_floor(folder / "sealed" / f"{answer['case']}.csv.gz", case)
+    (folder / "sealed" / f"{answer['case']}.yaml").write_text(case.plant.model_text(case.plant.parameters()))
     return json.loads(json.dumps(answer, default=plain))
 
 
-def seal(folder, seed, mix, answers):
+def seal(folder, seed, mix, answers, protocol="narrow"):
     """The answers in one file; returns its checksum."""
     place = folder / "sealed"
     place.mkdir(parents=True, exist_ok=True)
-    text = json.dumps({"seed": seed, "mix": mix, "cases": answers}, indent=1)
+    named = {} if protocol == "narrow" else {"protocol": protocol}
+    text = json.dumps({"seed": seed, "mix": mix, **named, "cases": answers}, indent=1)
     (place / "labels.json").write_text(text)
     return hashlib.sha256(text.encode()).hexdigest()

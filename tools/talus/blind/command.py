@@ -30,13 +30,14 @@ def draw(options):
     if any(folder.iterdir()):
         print(f"blind: {folder}: not empty; cases are drawn into a new folder", file=sys.stderr)
         return 2
-    one = partial(cases.make, options.seed, mix=options.mix, folder=folder)
+    protocol = "wide" if options.wide else "narrow"
+    one = partial(cases.make, options.seed, mix=options.mix, folder=folder, protocol=protocol)
     if options.jobs > 1:
         with ProcessPoolExecutor(options.jobs) as pool:
             answers = list(pool.map(one, range(options.count)))
     else:
         answers = [one(k) for k in range(options.count)]
-    checksum = cases.seal(folder, options.seed, options.mix, answers)
+    checksum = cases.seal(folder, options.seed, options.mix, answers, protocol)
     (folder / "seal.sha256").write_text(f"{checksum}  sealed/labels.json\n")
     print(f"{options.count} cases of seed {options.seed} in {folder}; labels sealed, SHA-256 {checksum}")
     return 0
@@ -59,8 +60,12 @@ def run(options):
 def follow(options):
     from . import following
 
-    for folder in options.folder:
-        following.run(Path(folder), options.gap)
+    try:
+        for folder in options.folder:
+            following.run(Path(folder), options.gap)
+    except ValueError as error:
+        print(f"blind: {error}", file=sys.stderr)
+        return 2
     return 0
 
 
@@ -82,6 +87,7 @@ def parser():
     make.add_argument("--seed", type=int, required=True)
     make.add_argument("--count", type=int, required=True)
     make.add_argument("--out", required=True)
+    make.add_argument("--wide", action="store_true", help="another plant, rate, noise and motion in every case")
     make.add_argument("--mix", type=read_mix, default=dict(cases.MIX))
     make.add_argument("--jobs", type=int, default=1)
     make.set_defaults(run=draw)

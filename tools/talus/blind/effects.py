@@ -1,18 +1,16 @@
 """Draws of every effect of the catalogue that a leg can have, in several published forms each.
 
 A draw returns Drawn: what the twin's job gets, what the sensors' tables get, and words. Sizes are those of the
-catalogue, times 0.5 to 2."""
+catalogue, times 0.5 to 2, for a leg of the narrow protocol; another plant's scale turns them into its own."""
 
 from dataclasses import dataclass, field
 
 import numpy as np
 
+from .plants import NARROW, log_uniform
+
 BOTH, KNEE, ANKLE, BASE = ("knee", "ankle"), ("knee",), ("ankle",), ("base",)
-RATIO = {"knee": 51.0, "ankle": 125.0}
-FAST = {"knee": 4.5, "ankle": 3.2}  # rad/s, about the fastest of training
-PEAK_A = {"knee": 2.2, "ankle": 0.24}
-PEAK_NM = {"knee": 8.0, "ankle": 1.6}
-HALF_RANGE = {"knee": 0.55, "ankle": 0.33}
+PEAK_A = {joint: scale.peak_A for joint, scale in NARROW.items()}
 
 
 @dataclass
@@ -29,8 +27,9 @@ class Drawn:
         return {**self.job, **{k: v for k, v in self.sensor.items()}}
 
 
-def log_uniform(rng, low, high):
-    return float(np.exp(rng.uniform(np.log(low), np.log(high))))
+def size(value, digits=2):
+    """For people: so many digits behind the point, more where the number is small."""
+    return f"{value:.{digits}f}" if abs(value) >= 0.05 else f"{value:.2g}"
 
 
 def side(rng):
@@ -56,14 +55,15 @@ def waves(joint, name, parts):
 
 def stribeck(rng, joint, plant):
     form = int(rng.integers(1, 6))
-    extra = log_uniform(rng, 0.3, 1.2) * getattr(plant, f"{joint}_coulomb_Nm")
-    speed, power = log_uniform(rng, 0.04, 0.25), rng.uniform(1.5, 3.0) if form == 3 else rng.uniform(0.6, 1.6)
+    extra = log_uniform(rng, 0.3, 1.2) * plant.friction(joint)[0]
+    s = plant.scale[joint]
+    speed, power = log_uniform(rng, 0.04, 0.25) * s.speed, rng.uniform(1.5, 3.0) if form == 3 else rng.uniform(0.6, 1.6)
     names = ("exponential", "Gaussian", "Lorentzian", "1 - tanh", "stretched exponential")
     return Drawn(
         "stribeck",
         joint,
         names[form - 1],
-        f"{extra:.2f} Nm more at standstill, gone beyond about {2 * speed:.2f} rad/s",
+        f"{size(extra)} {s.units[1]} more at standstill, gone beyond about {size(2 * speed)} {s.units[0]}/s",
         of(joint, stribeck_form=form, stribeck_extra=extra, stribeck_speed=speed, stribeck_power=power),
     )
 
@@ -75,7 +75,7 @@ def rotor_carried(rng, joint):
 
 def load_friction(rng, joint, plant):
     form, coefficient, rotor = int(rng.integers(1, 5)), log_uniform(rng, 0.06, 0.28), rotor_carried(rng, joint)
-    reference = {2: rng.uniform(0.05, 0.3), 4: 0.5}.get(form, 1.0) * PEAK_NM[joint]
+    reference = {2: rng.uniform(0.05, 0.3), 4: 0.5}.get(form, 1.0) * plant.scale[joint].peak_Nm
     names = ("of the link's torque", "smooth at zero load", "of the motor's torque", "quadratic")
     return Drawn(
         "load_friction",
@@ -91,9 +91,9 @@ def asymmetric_friction(rng, joint, plant):
     what = int(rng.integers(0, 3))
     coulomb = side(rng) * rng.uniform(0.1, 0.35) if what != 1 else 0.0
     viscous = side(rng) * rng.uniform(0.3, 0.6) if what != 0 else 0.0
-    job = of(joint, asym_coulomb=coulomb * getattr(plant, f"{joint}_coulomb_Nm"),
-             asym_viscous=viscous * getattr(plant, f"{joint}_viscous_Nms_rad"))  # fmt: skip
-    constant, growing = abs(job[f"{joint}.asym_coulomb"]), abs(job[f"{joint}.asym_viscous"]) * FAST[joint] / 3
+    job = of(joint, asym_coulomb=coulomb * plant.friction(joint)[0],
+             asym_viscous=viscous * plant.friction(joint)[1])  # fmt: skip
+    constant, growing = abs(job[f"{joint}.asym_coulomb"]), abs(job[f"{joint}.asym_viscous"]) * plant.scale[joint].fast / 3
     alias = []
     if growing < 0.2 * constant:  # a difference that does not grow with speed is a constant torque
         alias = [["current_offset", joint], ["parallel_spring", joint]] + (
@@ -110,8 +110,8 @@ def asymmetric_friction(rng, joint, plant):
 
 
 def nonlinear_viscous(rng, joint, plant):
-    form, fast = int(rng.integers(1, 7)), FAST[joint]
-    full = getattr(plant, f"{joint}_coulomb_Nm") + fast * getattr(plant, f"{joint}_viscous_Nms_rad")
+    form, fast = int(rng.integers(1, 7)), plant.scale[joint].fast
+    full = plant.friction(joint)[0] + fast * plant.friction(joint)[1]
     share = rng.uniform(0.18, 0.5)
     saturating = form in (3, 5, 6)
     speed = fast * (rng.uniform(0.15, 0.5) if saturating else 1.0)
@@ -122,13 +122,13 @@ def nonlinear_viscous(rng, joint, plant):
         "nonlinear_viscous",
         joint,
         names[form - 1],
-        f"bends by about {100 * share:.0f} % of friction at {fast} rad/s",
+        f"bends by about {100 * share:.0f} % of friction at {fast:.3g} {plant.scale[joint].units[0]}/s",
         of(joint, nlv_form=form, nlv_size=gain * share * full, nlv_speed=speed, nlv_power=power),
     )
 
 
 def position_friction(rng, joint, plant):
-    form, share, half = int(rng.integers(1, 7)), rng.uniform(0.25, 0.6), HALF_RANGE[joint]
+    form, share, half = int(rng.integers(1, 7)), rng.uniform(0.25, 0.6), plant.scale[joint].half_range
     width = {1: half / rng.uniform(1.0, 4.0), 2: half, 3: half * rng.uniform(0.25, 0.6), 4: half, 5: half,
              6: half * rng.uniform(0.5, 1.5)}[form]  # fmt: skip
     centre = half * rng.uniform(-0.5, 0.5) if form in (3, 6) else 0.0
@@ -141,7 +141,7 @@ def position_friction(rng, joint, plant):
         of(
             joint,
             pos_form=form,
-            pos_size=side(rng) * share * getattr(plant, f"{joint}_coulomb_Nm"),
+            pos_size=side(rng) * share * plant.friction(joint)[0],
             pos_centre=centre,
             pos_width=width,
             pos_phase=phase(rng),
@@ -150,7 +150,8 @@ def position_friction(rng, joint, plant):
 
 
 def presliding(rng, joint, plant):
-    form, travel = int(rng.integers(1, 4)), log_uniform(rng, 0.0012, 0.016)
+    s = plant.scale[joint]
+    form, travel = int(rng.integers(1, 4)), log_uniform(rng, 0.0012, 0.016) * s.angle
     job = of(
         joint,
         pre_form=form,
@@ -158,10 +159,10 @@ def presliding(rng, joint, plant):
         pre_travel=travel,
         pre_power=rng.choice([0.5, 1.0, 1.5, 2.0]),
         pre_rise=rng.uniform(0.0, 0.15),
-        pre_speed=rng.uniform(0.05, 0.2),
+        pre_speed=rng.uniform(0.05, 0.2) * s.speed,
     )
     return Drawn("presliding", joint, ("Dahl", "LuGre", "Iwan")[form - 1],
-                 f"friction builds up over about {1e3 * travel:.1f} mrad after a reversal", job)  # fmt: skip
+                 f"friction builds up over about {size(1e3 * travel, 1)} m{s.units[0]} after a reversal", job)  # fmt: skip
 
 
 def friction_drift(rng, joint, plant):
@@ -192,15 +193,18 @@ def directional_efficiency(rng, joint, plant):
             eff_form=form,
             eff_driving=driving,
             eff_back=back,
-            eff_smooth=rng.choice([0.0, 0.02]) * PEAK_NM[joint],
+            eff_smooth=rng.choice([0.0, 0.02]) * plant.scale[joint].peak_Nm,
             load_rotor=rotor_carried(rng, joint),
         ),
         alias=[["load_friction", joint]],
     )
 
 
-def spring_between(joint, rng, stiffness, **more):
+def spring_between(joint, rng, plant, stiffness, **more):
     rotor = {"rotor_share": rng.uniform(0.2, 0.5)} if joint == "knee" else {}
+    if plant.kind != "leg":
+        rotor = {}  # known
+    stiffness = min(stiffness, plant.scale[joint].stiffest)
     return of(joint, stiffness=stiffness, damping=rng.uniform(0.0004, 0.0015),
               **{"elastic_form": 1, **sides(rng, 0.4), **rotor, **more})  # fmt: skip
 
@@ -212,19 +216,22 @@ def sides(rng, most):
 
 
 def backlash(rng, joint, plant):
-    gap, stiffness = log_uniform(rng, 0.001, 0.01), log_uniform(rng, 4000, 15000)
-    coulomb = rng.choice([0.0, 0.02, 0.05]) * getattr(plant, f"{joint}_coulomb_Nm")
+    s = plant.scale[joint]
+    gap, stiffness = log_uniform(rng, 0.001, 0.01) * s.angle, log_uniform(rng, 4000, 15000) * s.torque / s.angle
+    coulomb = rng.choice([0.0, 0.02, 0.05]) * plant.friction(joint)[0]
     return Drawn("backlash", joint, "Coulomb friction in the gap" if coulomb else "free gap",
-                 f"lost motion of {1e3 * gap:.1f} mrad between motor and joint",
-                 spring_between(joint, rng, stiffness, gap_half=gap / 2, gap_coulomb=coulomb, **sides(rng, 1.0)))  # fmt: skip
+                 f"lost motion of {size(1e3 * gap, 1)} m{s.units[0]} between motor and joint",
+                 spring_between(joint, rng, plant, stiffness, gap_half=gap / 2, gap_coulomb=coulomb, **sides(rng, 1.0)))  # fmt: skip
 
 
 def elasticity(rng, joint, plant):
-    form, stiffness = int(rng.integers(1, 4)), log_uniform(rng, 250, 3500)
-    twist = PEAK_NM[joint] / stiffness
+    s = plant.scale[joint]
+    form, stiffness = int(rng.integers(1, 4)), min(log_uniform(rng, 250, 3500) * s.torque / s.angle, s.stiffest)
+    twist = plant.scale[joint].peak_Nm / stiffness
     job = spring_between(
         joint,
         rng,
+        plant,
         stiffness,
         elastic_form=form,
         hardening=rng.uniform(0.3, 1.5) * stiffness / twist**2,
@@ -232,28 +239,29 @@ def elasticity(rng, joint, plant):
         soft_zone=twist * rng.uniform(0.1, 0.3),
     )
     return Drawn("elasticity", joint, ("linear", "hardening", "soft at first")[form - 1],
-                 f"torsional stiffness about {stiffness:.0f} Nm/rad between motor and joint", job)  # fmt: skip
+                 f"{'torsional ' if s.units[0] == 'rad' else ''}stiffness about {stiffness:.0f} {s.units[1]}/{s.units[0]} between motor and joint", job)  # fmt: skip
 
 
 def kinematic_error(rng, joint, plant):
+    s = plant.scale[joint]
     orders = rng.permutation([1, 2, 4])[: int(rng.integers(1, 3))]
     if rng.uniform() < 0.6:
-        size = rng.uniform(0.3, 1.0)
-        parts = [(n, size * (1.0 if i == 0 else 0.4), phase(rng)) for i, n in enumerate(orders)]
+        ripple = rng.uniform(0.3, 1.0) * s.torque
+        parts = [(n, ripple * (1.0 if i == 0 else 0.4), phase(rng)) for i, n in enumerate(orders)]
         load = rng.uniform() < 0.25
         if load:
-            parts = [(n, a / 4.0, p) for n, a, p in parts]
+            parts = [(n, a / 4.0 / s.torque, p) for n, a, p in parts]
         return Drawn("kinematic_error", joint, "torque ripple by load" if load else "torque ripple",
-                     f"torque ripple {size:.2f} Nm at the joint, {orders[0]} per motor turn",
+                     f"torque ripple {size(ripple)} Nm at the joint, {orders[0]} per motor turn",
                      waves(joint, "ripple", parts) | of(joint, ripple_load=load))  # fmt: skip
-    size = log_uniform(rng, 0.0002, 0.0008) / orders[0]
-    parts = [(n, size * (1.0 if i == 0 else 0.3), phase(rng)) for i, n in enumerate(orders)]
+    error = log_uniform(rng, 0.0002, 0.0008) * s.angle / orders[0]
+    parts = [(n, error * (1.0 if i == 0 else 0.3), phase(rng)) for i, n in enumerate(orders)]
     return Drawn(
         "kinematic_error",
         joint,
         "angle error",
-        f"angle error {1e3 * size:.2f} mrad, {orders[0]} per motor turn",
-        waves(joint, "angle", parts) | spring_between(joint, rng, log_uniform(rng, 10000, 20000), link_share=0.0, viscous_share=0.0),
+        f"angle error {1e3 * error:.2f} mrad, {orders[0]} per motor turn",
+        waves(joint, "angle", parts) | spring_between(joint, rng, plant, log_uniform(rng, 10000, 20000) * s.torque / s.angle, link_share=0.0, viscous_share=0.0),
         alias=[["elasticity", joint]],  # the spring is there, and where the angle's error is small it shows first
     )
 
@@ -267,11 +275,11 @@ def linkage_error(rng, joint, plant):
             joint,
             "smooth function",
             f"the ratio is wrong by a wave worth {1e3 * size:.1f} mrad",
-            {"wave_a": RATIO["ankle"] * size, "wave_w": order, "wave_p": phase(rng)},
+            {"wave_a": plant.scale["ankle"].ratio * size, "wave_w": order, "wave_p": phase(rng)},
             alias=alias,
         )
     names = rng.permutation(["ab", "bo", "ac"])[: int(rng.integers(1, 3))]
-    true = {"ab": 0.090, "bo": 0.040, "ac": 0.035}
+    true = {n: plant.linkage[f"{n.upper()}_m"] for n in ("ab", "bo", "ac")}
     errors = {str(n): side(rng) * log_uniform(rng, 0.0005, 0.0025) for n in names}
     words = ", ".join(f"{n.upper()} {1e3 * e:+.2f} mm" for n, e in errors.items())
     return Drawn("linkage_error", joint, "dimensions", f"real linkage differs: {words}",
@@ -285,7 +293,8 @@ def cogging(rng, joint, plant):
             p=[0.16, 0.1, 0.08, 0.1, 0.16, 0.1, 0.05, 0.05, 0.06, 0.04, 0.04, 0.03, 0.03],
         )
     )
-    size = log_uniform(rng, 0.005, 0.016) if joint == "knee" else log_uniform(rng, 0.0008, 0.004)
+    s = plant.scale[joint]
+    size = s.motor * (log_uniform(rng, 0.005, 0.016) if joint == "knee" else log_uniform(rng, 0.0008, 0.004))
     parts = [(first, size, phase(rng))]
     for k in range(int(rng.integers(0, 3))):
         parts.append((first * (2 + k), size * rng.uniform(0.2, 0.5), phase(rng)))
@@ -300,13 +309,15 @@ def torque_saturation(rng, joint, plant):
         "torque_saturation",
         joint,
         names[form - 1],
-        f"torque constant {100 * droop:.0f} % lower at {PEAK_A[joint]} A",
-        of(joint, sat_form=form, sat_droop=droop, sat_ref=PEAK_A[joint], sat_width=rng.uniform(0.3, 0.6)),
+        f"torque constant {100 * droop:.0f} % lower at {plant.scale[joint].peak_A:.3g} A",
+        of(joint, sat_form=form, sat_droop=droop, sat_ref=plant.scale[joint].peak_A, sat_width=rng.uniform(0.3, 0.6)),
     )
 
 
 def current_offset(rng, joint, plant):
+    least = PEAK_A[joint]
     offset = side(rng) * (log_uniform(rng, 0.03, 0.2) if joint == "knee" else log_uniform(rng, 0.01, 0.05))
+    offset *= plant.scale[joint].peak_A / least
     alias = [["asymmetric_friction", joint], ["parallel_spring", joint]] + (
         [["gravity_tilt", "base"]] if joint == "knee" else []
     )
@@ -368,14 +379,15 @@ def gravity_tilt(rng, joint, plant):
 
 
 def parallel_spring(rng, joint, plant):
-    form, half = int(rng.integers(1, 7)), HALF_RANGE[joint]
-    stiffness = log_uniform(rng, 1.2, 10) if joint == "knee" else log_uniform(rng, 0.8, 6)
+    form, half = int(rng.integers(1, 7)), plant.scale[joint].half_range
+    s = plant.scale[joint]
+    stiffness = (log_uniform(rng, 1.2, 10) if joint == "knee" else log_uniform(rng, 0.8, 6)) * (s.torque / s.angle)
     zero = {1: half * rng.uniform(-0.6, 0.6), 2: 0.0, 3: half * rng.uniform(0.0, 0.5), 4: half * rng.uniform(-0.5, 0.0),
             5: 0.0, 6: half * rng.uniform(-0.2, 0.3)}[form]  # fmt: skip
     if form in (3, 4, 6):
         stiffness *= 2.5
     names = ("linear", "hardening", "bumper ahead", "bumper behind", "sinh", "quadratic bumper")
-    return Drawn("parallel_spring", joint, names[form - 1], f"spring of about {stiffness:.1f} Nm/rad beside the joint",
+    return Drawn("parallel_spring", joint, names[form - 1], f"spring of about {stiffness:.1f} {s.units[1]}/{s.units[0]} beside the joint",
                  of(joint, spring_form=form, spring_k=stiffness, spring_k3=stiffness * rng.uniform(1, 4) / half**2,
                     spring_zero=zero))  # fmt: skip
 
@@ -384,8 +396,7 @@ def base_compliance(rng, joint, plant):
     frequency, zeta, job = log_uniform(rng, 3, 12), rng.uniform(0.02, 0.1), {}
     kind = int(rng.integers(0, 3))
     if kind in (0, 1):
-        mass = rng.uniform(3, 9)
-        w = 2 * np.pi * frequency
+        mass, w = rng.uniform(3, 9), 2 * np.pi * frequency
         job.update(x_mass=mass, x_k=(mass + 2.5) * w**2, x_c=2 * zeta * w * (mass + 2.5))
         if kind == 1:
             w *= rng.uniform(1.2, 1.8)
@@ -443,11 +454,18 @@ def droops(drawn):
     return drawn.effect == "torque_saturation"
 
 
+ALONE = [  # of one joint; the others act on a leg's linkage or mount, or the model of one joint takes them up
+    "stribeck", "load_friction", "asymmetric_friction", "nonlinear_viscous", "position_friction", "presliding", "friction_drift",
+    "backlash", "elasticity", "directional_efficiency", "torque_saturation", "delay", "parallel_spring",
+]  # fmt: skip
+OF_PLANT = {"leg": list(CATALOGUE), "pendulum": [*ALONE, "kinematic_error", "cogging"], "slider": ALONE}
+
+
 def draw(rng, plant, number):
     """One effect; `number` in 0..1 chooses which."""
-    names = list(CATALOGUE)
+    names = OF_PLANT[plant.kind]
     make, joints = CATALOGUE[names[int(number * len(names)) % len(names)]]
-    return make(rng, str(rng.choice(joints)), plant)
+    return make(rng, str(rng.choice([j for j in joints if j in (*plant.joints, "base")])), plant)
 
 
 def draw_pair(rng, plant, number):

@@ -8,8 +8,9 @@ from pathlib import Path
 import numpy as np
 
 from . import cases, sensors
-from .bench import JITTER_S, RATE_HZ, simulate
-from .running import BUILD, TRAINING, measured
+from .bench import simulate
+from .narrow import JITTER_S, RATE_HZ
+from .running import BUILD, measured, training
 
 PAUSE_S = 10.0  # between the last recording and this one
 STREAM = 9  # of random numbers, beside those of the case
@@ -40,7 +41,7 @@ def follow(case, trajectory, camera=False):
         raise ValueError("the trajectory drives the leg out of its range")
     options = {**case.options, "camera": camera or case.options["camera"]}
     currents = sensors.shown_currents(run, sensor)
-    return sensors.recording(run, currents, sensor, case.noise, options, job, session, rng)
+    return sensors.recording(run, currents, sensor, case.noise, options, job, session, rng, case.plant)
 
 
 def find_case(folder, name):
@@ -76,7 +77,7 @@ def again(folder, name, trajectory, gap):
         shown = follow(case, read_trajectory(trajectory), camera=needs == "camera")
         sensors.write(place / "next.csv.gz", shown)
         source = folder / name
-        recordings = [source / f"{training}.csv.gz" for training in TRAINING] + [place / "next.csv.gz"]
+        recordings = [*training(source), place / "next.csv.gz"]
         done = measured([gap, "--quiet", "--model", source / "model.yaml", "--report", report, *recordings])
         after = json.loads(report.read_text()) if done["status"] == 0 else None
     open_before = sorted(proposed_for(before))
@@ -105,6 +106,8 @@ def proposals(folder):
 
 def run(folder, gap=None):
     """Every proposal that can be followed; the share that separates, and how many there were."""
+    if "protocol" in json.loads((folder / "sealed" / "labels.json").read_text()):
+        raise ValueError(f"{folder}: cases of the wide protocol; experiments are followed in the narrow one")
     out = []
     for name, path in proposals(folder):
         out.append(again(folder, name, path, gap or BUILD / "bin" / "talus-gap"))

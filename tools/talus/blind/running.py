@@ -15,9 +15,6 @@ import numpy as np
 
 import talus
 
-from .cases import model_text
-
-TRAINING = ("train1", "train2", "train3")
 TIMEOUT_S = 600
 ROOT = Path(__file__).resolve().parents[3]
 BUILD = Path(os.environ.get("TALUS_BUILD") or ROOT / "build")
@@ -74,12 +71,17 @@ def predicted(model, recording, out):
     return np.ascontiguousarray(np.loadtxt(out, delimiter=",", skiprows=1)[:, 1:].T)
 
 
+def training(case):
+    """The recordings that the tool gets."""
+    return sorted(case.glob("train*.csv.gz"))
+
+
 def unseen(case, fitted, folder):
     """RMS of the error on the recording that was never given, for each joint: as given, identified, with effects; and
     what white noise of standard deviation 1 leaves after the same filter."""
     recording, identified = case / "test.csv.gz", folder / "identified.yaml"
     quiet(BUILD / "bin" / "talus-identify", "--quiet", "--model", case / "model.yaml", "--out", identified,
-          *(case / f"{name}.csv.gz" for name in TRAINING))  # fmt: skip
+          *training(case))  # fmt: skip
     model, data = talus.Model.read(case / "model.yaml"), talus.Recording.read(recording)
     shown, out = talus.measured(model, data), {}
     for name, path in (("nominal", case / "model.yaml"), ("identified", identified), ("extended", fitted)):
@@ -91,17 +93,11 @@ def unseen(case, fitted, folder):
     return out
 
 
-def reconstruction(parameters, recording):
-    """RMS, for each joint, of what the true model leaves of a recording without effect and noise: encoder steps and
-    smoothing, which no model can take away."""
+def reconstruction(true, recording):
+    """RMS, for each joint, of what the true model leaves of a recording without effect, which no model can take away."""
     with tempfile.TemporaryDirectory(prefix="blind-") as folder:
-        path = Path(folder) / "true.yaml"
-        path.write_text(model_text(parameters))
-        score = talus.score(
-            talus.Model.read(path),
-            talus.Recording.read(recording),
-            predicted(path, recording, Path(folder) / "predicted.csv"),
-        )
+        torque = predicted(true, recording, Path(folder) / "predicted.csv")
+        score = talus.score(talus.Model.read(true), talus.Recording.read(recording), torque)
         return {joint: values["rms"] for joint, values in score.items()}
 
 
@@ -123,7 +119,7 @@ def diagnose(case, results, version, gap):
         report, fitted = folder / "gap.json", folder / "fitted.yaml"
         out = {"case": case.name, "version": version}
         out |= measured([gap, "--quiet", "--model", case / "model.yaml", "--report", report, "--save-model", fitted,
-                         *(case / f"{name}.csv.gz" for name in TRAINING)])  # fmt: skip
+                         *training(case)])  # fmt: skip
         out["report"] = json.loads(report.read_text()) if out["status"] == 0 else None
         if out["status"] == 0:
             try:

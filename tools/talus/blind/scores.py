@@ -33,15 +33,25 @@ def pooled(rms, floor):
     return sum((rms[joint] / floor[joint]) ** 2 for joint in floor)
 
 
+def floor_of(label, unseen):
+    """What the best model leaves of the unseen recording, for each joint: the noise's share, and all. In the wide protocol the
+    recording without effect holds the noise already."""
+    whole = label["reconstruction"]
+    if "protocol" in label:
+        return whole, whole
+    noise = {j: unseen["unit_noise"][j] * label["noise"][f"{j}_torque_Nm"] for j in whole}
+    return noise, {j: (noise[j] ** 2 + whole[j] ** 2) ** 0.5 for j in noise}
+
+
 def shrinkage(label, result):
     """What was closed of what can be closed on the unseen recording: pooled and for each joint; None without any."""
     unseen = result.get("unseen")
     if not unseen:
         return None
-    noise = {j: unseen["unit_noise"][j] * label["noise"][f"{j}_torque_Nm"] for j in ("knee", "ankle")}
-    floor = {j: (noise[j] ** 2 + label["reconstruction"][j] ** 2) ** 0.5 for j in noise}
+    noise, floor = floor_of(label, unseen)
     before, after = (pooled(unseen[name], floor) for name in ("identified", "extended"))
-    out = {"pooled": (before - after) / (before - 2) if before > 2 * CLOSABLE**2 else None, "joints": {},
+    least = len(floor)
+    out = {"pooled": (before - after) / (before - least) if before > least * CLOSABLE**2 else None, "joints": {},
            "before": before, "after": after}  # fmt: skip
     for joint, least in floor.items():
         b, a = unseen["identified"][joint], unseen["extended"][joint]
@@ -53,6 +63,29 @@ def shrinkage(label, result):
 def claim(gap):
     """The closed fraction that is claimed of a joint; 0 where by its own figures there is nothing to close."""
     return gap["closed_fraction"] if gap["identified_rms"] > CLOSABLE * gap["noise_floor_rms"] else 0.0
+
+
+def named_wrongly(report, group):
+    """Is any effect, first or further, named with a probability of 0.5 or more that is not there?"""
+    said = [report["verdict"], *report["effects"]]
+    return any(e["effect"] not in (*NO_CAUSE, "failed") and e.get("probability", 0.0) >= 0.5 and cause(e) not in group for e in said)
+
+
+def confusable_with(report, label):
+    """Does the report itself say that its verdict may be the truth under another name?"""
+    groups = [set(g["effects"]) for g in report["confusable"] if report["verdict"]["effect"] in g["effects"]]
+    return any(effect["effect"] in group for group in groups for effect in label["effects"])
+
+
+def covered(report, shrunk):
+    """For each joint of which an interval is claimed and something could be closed: does the interval hold what was closed?
+    By chance of the noise that can be a little more than all, which no one claims."""
+    out = []
+    for joint, part in (shrunk or {"joints": {}})["joints"].items():
+        interval = report["gap"].get(joint, {}).get("closed_interval")
+        if interval and part["closed"] is not None and report["effects"]:
+            out.append(interval[0] <= min(part["closed"], 1.0) <= interval[1])
+    return out
 
 
 def judge(label, result):
@@ -74,6 +107,7 @@ def judge(label, result):
     group, joints = group_answers(label), {effect["joint"] for effect in label["effects"]}
     first = report["where"][0] if report["where"] else None
     groups = [g for g in report["confusable"] if verdict["effect"] in g["effects"]]
+    shrunk = shrinkage(label, result)
     return {
         "case": label["case"],
         "kind": label["kind"],
@@ -93,7 +127,12 @@ def judge(label, result):
         ],
         "invented": len([c for c in listed if c not in group]) > 0 or len(listed) > max(2, len(label["effects"])),
         "where_right": bool(first) and _where_right(first, label["effects"]),
-        "shrinkage": shrinkage(label, result),
+        "wrong_listed": named_wrongly(report, group),
+        "group_reported": said in group or confusable_with(report, label),
+        "covered": covered(report, shrunk),
+        "findings": [f["id"] for f in report.get("findings", []) if f.get("grave")],
+        "protocol": label.get("protocol"),
+        "shrinkage": shrunk,
         "claimed": {j: claim(g) for j, g in report["gap"].items()},
         "each_observable": [effect["observable"] for effect in label["effects"]],
         "motion": _motion(report["motion"], joints),
@@ -168,12 +207,14 @@ def verdict_bars(cases):
     return [
         rates("wrong cause named with probability >= 0.5", (c["wrong"] for c in cases), most=0.03),
         rates("the same, with an alias counted as wrong", (c["wrong_strict"] for c in cases)),
+        rates("the same, with further effects counted like the first", (c["wrong_listed"] for c in cases)),
         rates(
             "none said where it is true", (c["verdict"][0] == "none" for c in cases if c["kind"] == "none"), least=0.95
         ),
         rates("unknown said where it is true", (c["exact"] for c in unknown), least=0.85),
         rates("single, observable: effect and joint", (c["exact"] for c in singles), least=0.92),
         rates("single, observable: up to the alias group", (c["group"] for c in singles), least=0.96),
+        rates("single, observable: up to what the report calls confusable", (c["group_reported"] for c in singles)),
         rates("single, observable: joint", (c["joint_right"] for c in singles), least=0.99),
         rates(
             "single, too weak: none or the effect",
@@ -222,6 +263,7 @@ def closing_bars(cases):
             least=0.80,
         ),
         Bar("claimed closed_fraction off by, median", median(off) if off else None, len(off), most=0.05),
+        rates("claimed interval holds what was closed", (flag for c in known for flag in c["covered"])),
         rates("closing claimed where none is closed", empty, most=0.0),
         rates("motion's gap shrinks", motion, least=0.90),
     ]
@@ -234,6 +276,7 @@ def other_bars(cases):
     return [
         rates("first entry of where right", (c["where_right"] for c in singles), least=0.85),
         Bar("Brier score", mean((p - right) ** 2 for p, right in scored) if scored else None, len(scored), most=0.08),
+        Bar("expected calibration error", calibration_error(cases), len(scored)),
         Bar("processor time a case, median [s]", median(time) if time else None, len(time), most=5.0),
         Bar("processor time a case, worst [s]", max(time, default=None), len(time)),
         Bar("peak memory, worst [MB]", max(memory, default=None), len(memory), most=200.0),
@@ -299,3 +342,9 @@ def reliability(cases, edges=(0.0, 0.3, 0.5, 0.7, 0.85, 0.95, 0.99, 1.0001)):
                 }
             )
     return rows
+
+
+def calibration_error(cases):
+    """Mean distance of said probability and share of right verdicts over the table of reliability, weighted by its cases."""
+    rows = reliability(cases)
+    return sum(r["cases"] * abs(r["said"] - r["right"]) for r in rows) / len(cases) if cases else None

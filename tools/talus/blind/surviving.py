@@ -2,16 +2,16 @@
 
 import numpy as np
 
-from .bench import FIXED, LINKAGE, RECORDINGS
+from .plants import LINKAGE, G
+from .sensors import BANDS_HZ, below
 
 STANDSTILL, GUARD_S = 0.008, 0.016
-G = FIXED["gravity"]
 
 
-def linkage(angle):
+def linkage(angle, sizes=LINKAGE):
     """Motor angle, ratio and its slope at a joint angle by the drawing's dimensions."""
-    ab, bo, ac, scale = (*(LINKAGE[k] for k in ("AB_m", "BO_m", "AC_m")), 2 * np.pi / LINKAGE["lead_m"])
-    zero = np.pi - np.radians(LINKAGE["BOF_deg"])
+    ab, bo, ac, scale = (*(sizes[k] for k in ("AB_m", "BO_m", "AC_m")), 2 * np.pi / sizes["lead_m"])
+    zero = np.pi - np.radians(sizes["BOF_deg"])
 
     def nut(phi):
         h = ac - bo * np.sin(phi)
@@ -25,11 +25,11 @@ def linkage(angle):
     return scale * (nut(phi) - nut(zero)), slope(phi), (slope(phi - d) - slope(phi + d)) / (2 * d)
 
 
-def joint_angle(motor):
+def joint_angle(motor, sizes=LINKAGE, about=125.0):
     """Inverse linkage, by Newton."""
-    angle = motor / 125.0
+    angle = motor / about
     for _ in range(12):
-        value, ratio, _ = linkage(angle)
+        value, ratio, _ = linkage(angle, sizes)
         angle = angle - (value - motor) / ratio
     return angle
 
@@ -46,17 +46,18 @@ def shown_motor_motion(run, encoder):
     return out
 
 
-def columns(run, encoder):
+def leg_columns(run, encoder, plant):
     """Columns of both joints' motor torques per base parameter (5 of inertia, 2 frictions each), and the known part."""
     (mk, vk, ak), (ma, va, aa) = shown_motor_motion(run, encoder)
-    n, q = FIXED["ratio"], joint_angle(ma)
-    _, ka, bend = linkage(q)
+    fixed, n, sizes = plant.fixed, plant.fixed["ratio"], plant.linkage
+    q = joint_angle(ma, sizes, plant.scale["ankle"].ratio)
+    _, ka, bend = linkage(q, sizes)
     qv = va / ka
     qa = (aa - bend * qv**2) / ka
     s, sv, sa = mk / n, vk / n, ak / n
     f, fv, fa = s + q, sv + qv, sa + qa
-    c, e, length = np.cos(s - f), np.sin(s - f), FIXED["ls"]
-    zero, known = np.zeros_like(s), FIXED["mf"] * length
+    c, e, length = np.cos(s - f), np.sin(s - f), fixed["ls"]
+    zero, known = np.zeros_like(s), fixed["mf"] * length
     rotor = ka**2 * qa + ka * bend * qv**2
     row_s = [sa, G * np.sin(s), length * (c * fa + e * fv**2), zero, -rotor]
     row_f = [zero, zero, length * (c * sa - e * sv**2) + G * np.sin(f), fa, rotor]
@@ -64,8 +65,26 @@ def columns(run, encoder):
     ankle = [b / ka for b in row_f]
     knee += [np.sign(sv) / n, sv / n, zero, zero]
     ankle += [zero, zero, np.sign(qv) / ka, qv / ka]
-    fixed = known * (length * sa + G * np.sin(s)) / n
-    return (np.array(knee).T, np.array(ankle).T), (fixed, zero), (sv, qv), q
+    given = known * (length * sa + G * np.sin(s)) / n
+    return (np.array(knee).T, np.array(ankle).T), (given, zero), (sv, qv), q
+
+
+def single_columns(run, plant, behind):
+    """The same of one joint alone: inertia, gravity's two, a constant, and two frictions."""
+    n = plant.gear
+    if behind:
+        q, v, a = run["shank"], run["shank_v"], run["shank_a"]
+    else:
+        q, v, a = (run[f"knee_motor{what}"] / n for what in ("", "_v", "_a"))
+    falls = [np.sin(q), np.cos(q)] if plant.gravity_moment_kg_m else []
+    x = np.array([a, *falls, np.ones_like(q), np.sign(v), v]).T / n
+    return (x,), (np.zeros_like(q),), (v,), q
+
+
+def columns(run, encoder, plant, noise):
+    if plant.kind == "leg":
+        return leg_columns(run, encoder, plant)
+    return single_columns(run, plant, noise["behind"])
 
 
 def moving(t, speed):
@@ -78,33 +97,51 @@ def moving(t, speed):
     return near > GUARD_S
 
 
-def surviving(runs, currents, noise, encoder, camera=None):
-    """The ratios of truth.json for each recording and the detectability; `runs` by recording, without noise."""
-    system, pieces = [], {}
-    for name in RECORDINGS:
-        run = runs[name]
-        (xk, xa), (fk, _), (vk, va), q = columns(run, encoder)
-        rows = []
-        for joint, x, fixed, v in (("knee", xk, fk, vk), ("ankle", xa, 0.0, va)):
-            sigma = noise[f"{joint}_torque_Nm"]
-            y = FIXED["K"] * currents[name][joint] - fixed
-            keep = moving(run["t"], v)
-            rows.append((x[keep] / sigma, y[keep] / sigma))
-        pieces[name] = rows, q
-        if name != "test":
-            system += rows
+def left_by_fit(pieces, training):
+    """What the training recordings' best fit leaves of every piece [(columns, torque) of each joint]."""
+    system = [row for name in training for row in pieces[name]]
     x, y = np.concatenate([r[0] for r in system]), np.concatenate([r[1] for r in system])
     scale = np.sqrt(np.mean(x**2, axis=0))
     base = np.linalg.lstsq(x / scale, y, rcond=1e-12)[0] / scale
-    out, total = {}, 0.0
-    for name, (rows, q) in pieces.items():
-        rest = [y - x @ base for x, y in rows]
-        out[name] = {joint: float(np.sqrt(np.mean(r**2))) for joint, r in zip(("knee", "ankle"), rest, strict=True)}
-        if name != "test":
-            total += sum(float(r @ r) for r in rest)
-        run, shown = runs[name], noise["camera_rad"]
-        knee = run["shank"] - run["knee_motor"] / FIXED["ratio"]
-        out[name]["knee_camera"] = float(np.sqrt(np.mean(knee**2)) / shown) if shown else 0.0
-        joint = run["ankle_joint"] if camera is None else camera[name]
-        out[name]["ankle_encoder"] = float(np.sqrt(np.mean((joint - q) ** 2)) / noise["ankle_encoder_rad"])
+    return {name: [y - x @ base for x, y in rows] for name, rows in pieces.items()}
+
+
+def over_noise(rest, keep, noise, joint, rate_Hz):
+    """RMS over the noise; where it is known band by band, over that of the band in which it stands out most."""
+    if "bands_Nm" not in noise:
+        return float(np.sqrt(np.mean(rest**2)))
+    bands, whole = noise["bands_Nm"][joint], np.zeros(len(keep))
+    whole[keep] = rest * bands[0]
+    return max(float(below(whole, rate_Hz, f)[keep].std() / size) for f, size in zip(BANDS_HZ, bands, strict=True))
+
+
+def surviving(runs, currents, noise, encoder, plant, camera=None):
+    """The ratios of truth.json for each recording and the detectability; `runs` by recording, without noise."""
+    pieces, kept, angles = {}, {}, {}
+    for name, run in runs.items():
+        xs, given, speeds, q = columns(run, encoder, plant, noise)
+        rows, kept[name], angles[name] = [], [], q
+        for joint, x, fixed, v in zip(plant.joints, xs, given, speeds, strict=True):
+            sigma = noise[f"{joint}_torque_Nm"]
+            y = plant.torque_constant(joint) * currents[name][joint] - fixed
+            keep = moving(run["t"], v)
+            rows.append((x[keep] / sigma, y[keep] / sigma))
+            kept[name].append(keep)
+        pieces[name] = rows
+    training = [name for name in runs if name != "test"]
+    rest, out = left_by_fit(pieces, training), {}
+    for name, run in runs.items():
+        rate = 1 / np.median(np.diff(run["t"]))
+        out[name] = {joint: over_noise(r, keep, noise, joint, rate)
+                     for joint, r, keep in zip(plant.joints, rest[name], kept[name], strict=True)}  # fmt: skip
+        if plant.kind == "leg":
+            out[name] |= angle_ratios(run, angles[name], noise, plant, run["ankle_joint"] if camera is None else camera[name])
+    total = sum(sum(float(r @ r) for r in rest[name]) for name in training)
     return out, float(np.sqrt(total))
+
+
+def angle_ratios(run, q, noise, plant, joint):
+    """The leg's encoders against each other and against the camera."""
+    shown, knee = noise["camera_rad"], run["shank"] - run["knee_motor"] / plant.fixed["ratio"]
+    return {"knee_camera": float(np.sqrt(np.mean(knee**2)) / shown) if shown else 0.0,
+            "ankle_encoder": float(np.sqrt(np.mean((joint - q) ** 2)) / noise["ankle_encoder_rad"])}  # fmt: skip

@@ -1,4 +1,4 @@
-/* twin.h: a bench of its own for withheld cases: a leg on PD control, integrated by velocity steps with dry
+/* twin.h: a bench of its own for withheld cases: a leg, or one joint alone, on PD control, integrated by velocity steps with dry
  * friction as a set-valued law. It shares nothing with lib/ on purpose: what it makes must not follow the forms
  * that the diagnosis fits. */
 #ifndef BLIND_TWIN_H
@@ -43,7 +43,10 @@ typedef struct {
   double wander_a[MAX_WAVES], wander_w[MAX_WAVES], wander_p[MAX_WAVES];
   double hose_torque, hose_travel;
   double product; /* torque by the product of both joints' speeds */
+  double offset;  /* a constant torque */
   double torque_constant, current_limit, bandwidth, zeta;
+  double
+      control_inertia; /* that the control counts with, at the joint; 0: the leg's of the narrow protocol */
 } twin_joint;
 
 typedef struct {
@@ -59,10 +62,13 @@ typedef struct {
   double fan_a, fan_w, fan_p, fan_on;
   double drag, drag_power, toe_r;
   double temp_rise, temp_tau;
+  double alone; /* 1: the knee's drive and the shank are all there is: a pendulum, or a slider (m for rad) */
+  double range; /* joint angle beyond which a run is given up; 0: 1.5 */
   twin_joint joint[JOINTS];
   /* the run */
   double step_s, session_s, settle_s, seed, ref_filter;
   double base_hz, harmonics, knee_a[HARMONICS], knee_p[HARMONICS], ankle_a[HARMONICS], ankle_p[HARMONICS];
+  double smooth; /* 1: a cubic through the points, else straight lines */
   double points, point_s[MAX_POINTS], point_knee[MAX_POINTS], point_ankle[MAX_POINTS];
 } twin_bench;
 
@@ -85,6 +91,7 @@ typedef struct {
 } twin_contact;
 
 int twin_read(twin_bench *bench, const char *path);
+int twin_joints(const twin_bench *b);
 
 double twin_linkage(const twin_bench *b, double angle, double *ratio, double *bend);
 double twin_linkage_known(const twin_bench *b, double angle, double *ratio);

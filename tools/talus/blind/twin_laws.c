@@ -160,7 +160,7 @@ double twin_memory(const twin_bench *b, twin_state *s, int joint) {
 double twin_beside(const twin_bench *b, twin_state *s, int joint, double t) {
   const twin_joint *j = &b->joint[joint];
   double q = twin_joint_angle(s->q, joint), v = twin_joint_angle(s->v, joint), x = q - j->spring_zero,
-         torque = 0.0;
+         torque = j->offset;
 
   switch ((int)j->spring_form) {
   case 1: torque -= j->spring_k * x; break;

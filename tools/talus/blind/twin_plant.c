@@ -1,4 +1,4 @@
-/* twin_plant.c: geometry, inertia and forces of the leg on its mount */
+/* twin_plant.c: geometry, inertia and forces of the leg on its mount, or of one joint alone */
 #include "twin.h"
 
 #include <math.h>
@@ -47,13 +47,17 @@ void twin_zero(twin_bench *b) {
 
 void twin_transmission(const twin_bench *b, int joint, double angle, double *motor, double *ratio,
                        double *bend) {
-  if (joint == ANKLE) {
+  if (joint == ANKLE && b->alone < 0.5) {
     *motor = twin_linkage(b, angle, ratio, bend);
     return;
   }
   *motor = b->ratio * angle;
   *ratio = b->ratio;
   *bend = 0.0;
+}
+
+int twin_joints(const twin_bench *b) {
+  return b->alone > 0.5 ? 1 : JOINTS;
 }
 
 /* Columns that span the velocities that the bench allows; returns how many. */
@@ -64,6 +68,10 @@ size_t twin_basis(const twin_bench *b, double basis[COORDS][COORDS]) {
   memset(basis, 0, COORDS * sizeof basis[0]);
   basis[SHANK][n] = 1.0;
   if (!flex_k) basis[DRIVE_K][n] = 1.0;
+  if (b->alone > 0.5) { /* the rest stands still */
+    if (flex_k) basis[DRIVE_K][++n] = 1.0;
+    return n + 1;
+  }
   if (!flex_a) basis[DRIVE_A][n] = -1.0;
   n++;
   basis[FOOT][n] = 1.0;
@@ -182,7 +190,7 @@ void twin_forces(const twin_bench *b, twin_state *s, double t, double *force) {
   memset(force, 0, COORDS * sizeof force[0]);
   inertia_and_gravity(b, s, t, force);
   outside(b, s, t, force);
-  for (joint = 0; joint < JOINTS; joint++) {
+  for (joint = 0; joint < twin_joints(b); joint++) {
     const twin_joint *j = &b->joint[joint];
     int at = joint == KNEE ? DRIVE_K : DRIVE_A;
     double drive, link, ripple = 0.0, load = 1.0;

@@ -55,7 +55,7 @@ static void expand(double basis[COORDS][COORDS], size_t n, const double *y, doub
 static int contacts(const twin_bench *b, const twin_state *s, double t, twin_contact *c) {
   int joint, n = 0;
 
-  for (joint = 0; joint < JOINTS; joint++) {
+  for (joint = 0; joint < twin_joints(b); joint++) {
     double up = twin_dry(b, s, joint, t, 1.0), down = twin_dry(b, s, joint, t, -1.0);
     double beyond = twin_flexible(&b->joint[joint]) ? b->joint[joint].link_share : 0.0;
     memset(&c[n], 0, sizeof c[n]);
@@ -109,7 +109,7 @@ static void note_load(const twin_bench *b, twin_state *s, int joint) {
 static void walk(const twin_bench *b, twin_state *s) {
   int joint;
 
-  for (joint = 0; joint < JOINTS; joint++) {
+  for (joint = 0; joint < twin_joints(b); joint++) {
     const twin_joint *j = &b->joint[joint];
     if (j->walk_size == 0.0) continue;
     s->walk[joint] += -s->walk[joint] * b->step_s / j->walk_tau +
@@ -176,7 +176,7 @@ static void dry_friction(const twin_bench *b, const twin_state *s, double t, wor
 static void account(const twin_bench *b, twin_state *s, const double *middle, const work *w) {
   int joint, p, i;
 
-  for (joint = 0; joint < JOINTS; joint++) {
+  for (joint = 0; joint < twin_joints(b); joint++) {
     double way = middle[joint == KNEE ? DRIVE_K : DRIVE_A] * b->step_s;
     s->work_in += s->load_all[joint] * way;
     s->work_lost += s->applied[joint] * way;
@@ -193,7 +193,7 @@ void twin_step(const twin_bench *b, twin_state *s, double t) {
   double middle[COORDS];
   int i, joint;
 
-  for (joint = 0; joint < JOINTS; joint++)
+  for (joint = 0; joint < twin_joints(b); joint++)
     twin_transmission(b, joint, s->q[joint == KNEE ? DRIVE_K : DRIVE_A], &s->motor[joint], &s->ratio[joint],
                       &s->bend[joint]);
   w.n = twin_basis(b, w.basis);
@@ -202,7 +202,7 @@ void twin_step(const twin_bench *b, twin_state *s, double t) {
   expand(w.basis, w.n, w.free, s->a);
   for (i = 0; i < COORDS; i++) middle[i] = s->v[i] + 0.5 * b->step_s * s->a[i];
   account(b, s, middle, &w);
-  for (joint = 0; joint < JOINTS; joint++) note_load(b, s, joint);
+  for (joint = 0; joint < twin_joints(b); joint++) note_load(b, s, joint);
   for (i = 0; i < COORDS; i++) {
     s->v[i] += b->step_s * s->a[i];
     s->q[i] += b->step_s * s->v[i];

@@ -2,13 +2,15 @@
 
 import numpy as np
 
-from .effects import BOTH, HALF_RANGE, PEAK_A, Drawn, log_uniform, of, phase, side
+from .effects import BOTH, Drawn, of, phase, side
+from .plants import FIXED, log_uniform
 
-FRICTION = {"knee": 1.6, "ankle": 0.7}
+FRICTION = {"knee": 1.6, "ankle": 0.7}  # Nm of the narrow protocol's joints
+FOOT_KG = FIXED["mf"]
 
 
 def fan(rng, joint, plant):
-    size = log_uniform(rng, 0.25, 0.8) * (1.0 if joint == "knee" else 0.4)
+    size = log_uniform(rng, 0.25, 0.8) * (1.0 if joint == "knee" else 0.4) * plant.scale[joint].torque
     job = {
         "fan_a": size,
         "fan_w": 2 * np.pi * log_uniform(rng, 0.6, 6.0),
@@ -19,7 +21,8 @@ def fan(rng, joint, plant):
 
 
 def cable(rng, joint, plant):
-    size = side(rng) * log_uniform(rng, 0.8, 3.0)
+    scale = plant.scale["ankle"]
+    size = side(rng) * log_uniform(rng, 0.8, 3.0) * (scale.torque / scale.angle)
     job = {"cable": size} if rng.uniform() < 0.5 else {"cable_2": 2.0 * size, "cable": 0.5 * size}
     return Drawn("unknown", "both", "cable", f"a cable couples both joints' angles, {size:.1f} Nm/rad", job)
 
@@ -37,7 +40,7 @@ def bus(rng, joint, plant):
 
 def controller(rng, joint, plant):
     if rng.uniform() < 0.5:
-        size = rng.uniform(0.04, 0.15) * PEAK_A[joint]
+        size = rng.uniform(0.04, 0.15) * plant.scale[joint].peak_A
         return Drawn("unknown", joint, "dead zone", f"the current's control has a dead zone of {1e3 * size:.0f} mA",
                      of(joint, dead_zone=size))  # fmt: skip
     size = side(rng) * rng.uniform(0.08, 0.25)
@@ -45,19 +48,27 @@ def controller(rng, joint, plant):
                  sensor={f"{joint}.positive_gain": size})  # fmt: skip
 
 
+def payload_scale(plant):
+    """A leg bears some hundred grams; one joint what adds as much to its own inertia or weight."""
+    if plant.kind == "leg":
+        return plant.fixed["mf"] / FOOT_KG
+    arm = plant.job()["ls"]
+    return plant.inertia("knee") / arm**2
+
+
 def payload(rng, joint, plant):
-    mass = rng.uniform(0.12, 0.4)
+    mass = rng.uniform(0.12, 0.4) * payload_scale(plant)
     job = {
         "jump_s": rng.uniform(6, 14),
         "jump_mass": mass,
         "jump_r": rng.uniform(0.04, 0.12),
         "jump_length": rng.choice([0.0, 6.0]),
     }
-    return Drawn("unknown", "both", "payload", f"{1e3 * mass:.0f} g come onto the foot in each recording", job)
+    return Drawn("unknown", "both", "payload", f"{1e3 * mass:.0f} g come onto the {'foot' if plant.kind == 'leg' else 'link'} in each recording", job)
 
 
 def wander(rng, joint, plant):
-    size, job = rng.uniform(0.25, 0.7) * FRICTION[joint], {}
+    size, job = rng.uniform(0.25, 0.7) * FRICTION[joint] * plant.scale[joint].torque, {}
     for i in range(3):
         job |= of(
             joint,
@@ -71,19 +82,19 @@ def wander(rng, joint, plant):
 
 
 def hose(rng, joint, plant):
-    size, travel = rng.uniform(0.4, 1.2) * FRICTION[joint], HALF_RANGE[joint] * rng.uniform(0.35, 0.9)
+    size, travel = rng.uniform(0.4, 1.2) * FRICTION[joint] * plant.scale[joint].torque, plant.scale[joint].half_range * rng.uniform(0.35, 0.9)
     return Drawn("unknown", joint, "hose", f"a hose with hysteresis, {size:.2f} Nm over {travel:.2f} rad",
                  of(joint, hose_torque=size, hose_travel=travel))  # fmt: skip
 
 
 def cross_friction(rng, joint, plant):
-    size, other = rng.uniform(0.35, 0.8) * FRICTION[joint], BOTH[joint == "knee"]
+    size, other = rng.uniform(0.35, 0.8) * FRICTION[joint] * plant.scale[joint].torque, BOTH[joint == "knee"]
     return Drawn(
         "unknown",
         joint,
         "friction by the other joint's angle",
         f"friction varies by {size:.2f} Nm with the {other}'s angle",
-        of(joint, cross_size=size, cross_width=HALF_RANGE[other] / rng.uniform(0.8, 2.0), cross_phase=phase(rng)),
+        of(joint, cross_size=size, cross_width=plant.scale[other].half_range / rng.uniform(0.8, 2.0), cross_phase=phase(rng)),
     )
 
 
@@ -109,13 +120,14 @@ def random_walk(rng, joint, plant):
 
 
 def drag(rng, joint, plant):
-    size, power = log_uniform(rng, 0.8, 4.0), rng.choice([0.3, 1.0, 2.0])
+    size, power = log_uniform(rng, 0.8, 4.0) * plant.scale["ankle"].torque, rng.choice([0.3, 1.0, 2.0])
     return Drawn("unknown", "both", "dragging foot", f"the toe drags sideways, {size:.1f} N s/m",
                  {"drag": size, "drag_power": power, "toe_r": rng.uniform(0.08, 0.2)})  # fmt: skip
 
 
 def product(rng, joint, plant):
-    size = side(rng) * log_uniform(rng, 0.1, 0.4) * (1.0 if joint == "knee" else 0.5)
+    scale = plant.scale[joint]
+    size = side(rng) * log_uniform(rng, 0.1, 0.4) * (1.0 if joint == "knee" else 0.5) * (scale.torque / scale.speed**2)
     return Drawn(
         "unknown",
         joint,
@@ -148,5 +160,9 @@ KINDS = (
 )
 
 
+ALONE = (fan, bus, controller, payload, wander, hose, stuck, random_walk)
+
+
 def draw(rng, plant, number):
-    return KINDS[int(number * len(KINDS)) % len(KINDS)](rng, str(rng.choice(BOTH)), plant)
+    kinds = KINDS if plant.kind == "leg" else ALONE
+    return kinds[int(number * len(kinds)) % len(kinds)](rng, str(rng.choice(plant.joints)), plant)

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import talus
 
-from . import running, scores
+from . import running, scores, strata
 
 
 class Sealed(Exception):
@@ -41,7 +41,7 @@ def read(folders):
         answers, seals[folder.name] = labels(folder)
         for label in answers:
             recording = folder / "sealed" / f"{label['case']}.csv.gz"
-            label["reconstruction"] = running.reconstruction(label["parameters"], recording)
+            label["reconstruction"] = running.reconstruction(recording.with_name(f"{label['case']}.yaml"), recording)
             result = json.loads((folder / "results" / f"{label['case']}.json").read_text())
             versions.add(result["version"])
             case = scores.judge(label, result)
@@ -137,7 +137,18 @@ def missed_table(page, cases):
     )
 
 
-def write_page(path, cases, found, seals, versions):
+def strata_tables(page, rows):
+    """One table for each axis."""
+    names = list(rows[0]["figures"])
+    for axis in dict.fromkeys(row["axis"] for row in rows):
+        page.table(
+            f"By {axis}" if axis != "all" else "All",
+            ["", "cases", *names],
+            [[r["stratum"], str(r["cases"]), *(strata.shown(r["figures"][n]) for n in names)] for r in rows if r["axis"] == axis],
+        )
+
+
+def write_page(path, cases, found, seals, versions, rows):
     right = sum(bool(c["group"]) for c in cases)
     met = [bar.met for bar in found if bar.met is not None]
     page = talus.Page(
@@ -155,6 +166,10 @@ def write_page(path, cases, found, seals, versions):
     page.heading("Which")
     confusion_table(page, cases)
     effect_table(page, cases)
+    if rows:
+        page.heading("On which bench")
+        page.paragraph("Rates with the number of cases that each is of: wrong is an effect named with a probability of 0.5 or more that is not there.")
+        strata_tables(page, rows)
     page.heading("How far")
     closing_charts(page, cases)
     page.heading("How sure")
@@ -199,6 +214,10 @@ def open_seal(folders, out):
     if len(versions) > 1:
         print(f"note: the verdicts come from {len(versions)} versions of the diagnosis")
     print(words(found))
+    wide = [case for case in cases if case["protocol"]]
+    rows = strata.table(wide) if wide else []
+    if rows:
+        print(strata.words(rows))
     out.mkdir(parents=True, exist_ok=True)
     report = {
         "schema": "talus-blind/1",
@@ -208,9 +227,10 @@ def open_seal(folders, out):
         "confusion": scores.confusion(cases),
         "effects": scores.by_effect(cases),
         "followed": followed,
+        "strata": rows,
         "reliability": scores.reliability(cases),
         "cases": cases,
     }
     (out / "blind.json").write_text(json.dumps(finite(report), indent=1))
-    write_page(out / "blind.html", cases, found, seals, versions)
+    write_page(out / "blind.html", cases, found, seals, versions, rows)
     print(f"written: {out / 'blind.json'}, {out / 'blind.html'}")
