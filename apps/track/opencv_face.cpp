@@ -142,7 +142,7 @@ face_video *face_video_open(const char *path, char text[FACE_TEXT]) {
     if (std::strncmp(path, "camera:", 7) == 0)
       video->capture.open(std::atoi(path + 7));
     else
-      video->capture.open(path);
+      video->capture.open(path, cv::CAP_FFMPEG); // others look for cameras in a file that is no video
     if (!video->capture.isOpened()) {
       delete video;
       say(text, "no video that can be opened");
