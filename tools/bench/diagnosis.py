@@ -86,7 +86,7 @@ def grown(size):
     """Rows of the table for recordings of a leg and of one joint, ever longer; each simulated as a whole, for rows that stand in a
     file twice are no recording."""
     rows = []
-    for model, rate, lengths_s, bars in GROWN:
+    for model, rate, lengths_s, bars in GROWN[:size.scaled(len(GROWN), 1)]:
         for length_s in lengths_s[:size.scaled(len(lengths_s), 1)]:
             path = size.folder / "growth-long.csv"
             try:
@@ -103,7 +103,7 @@ def labelled(size):
     """Rows of the labelled case, with replicates and without; none where the data are not there."""
     data = Path(os.environ.get("TALUS_DATA") or size.repository.parent / "shared" / "data") / "leg_cases" / CASE
     recordings = sorted(data.glob("train*.csv.gz"))
-    if size.tiny or not recordings:
+    if not size.scaled(len(recordings), 0):
         return []
     rows = sum(len(talus.Recording.read(path).t) for path in recordings)
     return [diagnosed(size, f"labelled leg case{words}", data / "model.yaml", recordings, rows, bars, quick)
