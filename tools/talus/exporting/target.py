@@ -29,7 +29,6 @@ class Target:
     fits_by: tuple[str, ...]
     callbacks: bool = False
     armature: bool = True
-    actuated: bool = True  # a drive between motor and joint stands in it
 
 
 TARGETS = {
