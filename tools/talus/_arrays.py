@@ -1,9 +1,15 @@
 """NumPy arrays as arguments of C functions."""
 
+from __future__ import annotations
+
+from typing import Any
+
 import numpy
+from numpy.typing import ArrayLike, NDArray
 
 from ._library import ffi
 
+Array = NDArray[Any]
 _C_TYPES = {  # by dtype: looking up its name costs more than a short call
     numpy.dtype(name): ffi.typeof(c_type)
     for name, c_type in {
@@ -22,7 +28,7 @@ _C_TYPES = {  # by dtype: looking up its name costs more than a short call
 }
 
 
-def pointer(array):
+def pointer(array: Array | None) -> Any:
     """The memory of `array` as a C pointer of its element type; None gives NULL.
 
     Nothing is copied: what the library writes stands in the array. The array must
@@ -39,10 +45,11 @@ def pointer(array):
     return ffi.from_buffer(c_type, array)
 
 
-def joint_arrays(joints, **arrays):
+def joint_arrays(joints: int, **arrays: ArrayLike | None) -> list[Any]:
     """The arrays as C-contiguous doubles of one shape, (joints, n); (n,) will do where there is one joint. None stays
     None. ValueError names the array whose shape or values are wrong."""
-    out, shape = [], None
+    out: list[Any] = []
+    shape: tuple[int, ...] | None = None
     for name, values in arrays.items():
         if values is None:
             out.append(None)
@@ -59,7 +66,7 @@ def joint_arrays(joints, **arrays):
     return out
 
 
-def vector(name, values, length):
+def vector(name: str, values: ArrayLike, length: int) -> Array:
     """`values` as C-contiguous finite doubles of shape (length,); ValueError names what is wrong."""
     array = numpy.ascontiguousarray(values, dtype=float)
     if array.shape != (length,):

@@ -1,5 +1,7 @@
 """Loads libtalus.so and declares what the public headers declare."""
 
+from __future__ import annotations
+
 import contextlib
 import functools
 import hashlib
@@ -10,6 +12,7 @@ import re
 import tempfile
 from pathlib import Path
 from types import SimpleNamespace
+from typing import Any
 
 import cffi
 
@@ -21,7 +24,7 @@ _LIBRARY = Path(os.environ.get("TALUS_LIBRARY") or _BUILD / "lib" / "libtalus.so
 _FILES = _BUILD / "lib" / "libtalus_files.so"
 
 
-def _load():
+def _load() -> tuple[Any, Any]:
     header = _BUILD / "python" / "talus_cdef.h"
     for path in (header, _LIBRARY):
         if not path.exists():
@@ -31,7 +34,7 @@ def _load():
     return ffi, ffi.dlopen(str(_LIBRARY.resolve()), ffi.RTLD_LAZY)
 
 
-def _declarations(header):
+def _declarations(header: Path) -> Any:
     """What the headers declare. Reading C takes a third of a second: what was read is kept beside the header, where that
     can be written."""
     text = header.read_text()
@@ -50,12 +53,13 @@ def _declarations(header):
         except OSError:
             return builder
     spec = importlib.util.spec_from_file_location(name, kept)
+    assert spec is not None and spec.loader is not None
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
     return module.ffi
 
 
-def _read_constants(text):
+def _read_constants(text: str) -> SimpleNamespace:
     """Values of the object-like macros: integers, reals, and what follows from them by + - * ( )."""
     macros = dict(re.findall(r"^#define (TL_\w+) (\S.*)$", text, re.MULTILINE))
     number = r"(0[xX][0-9a-fA-F]+|(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)[uUlLfF]*"
@@ -81,12 +85,12 @@ constants.TL_VERSION = ".".join(
 class TalusError(Exception):
     """A call answered a failure; `status` is its tl_status, e.g. lib.TL_ERR_RANGE."""
 
-    def __init__(self, status):
+    def __init__(self, status: int) -> None:
         super().__init__(ffi.string(lib.tl_status_text(status)).decode())
         self.status = status
 
 
-def check(status):
+def check(status: int) -> None:
     """Raises TalusError unless `status` is TL_OK."""
     if status != lib.TL_OK:
         raise TalusError(status)
@@ -97,7 +101,7 @@ class InputError(ValueError):
 
 
 @functools.cache
-def files():
+def files() -> Any:
     """The programs' own readers and writers of models and recordings (apps/model, apps/recording)."""
     if not _FILES.exists():
         raise ImportError(f"{_FILES} is not there; `make deps` installs what it needs, `make` builds it")
@@ -107,7 +111,7 @@ def files():
 
 
 
-def check_file(result, error):
+def check_file(result: int, error: Any) -> None:
     """Raises InputError, or OSError where it is no fault of the file, unless `result` is 0; `error` is an app_error."""
     if result == 0:
         return

@@ -6,14 +6,22 @@
     torque = talus.predict(fit.model, recording)         # (joints, n)
 """
 
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 
+from typing import Any
+
 import numpy
+from numpy.typing import ArrayLike
 
-from ._arrays import pointer, vector
+from ._arrays import Array, pointer, vector
 from ._library import TalusError, check, constants, ffi, lib
-from .recording import score_of
+from .model import Model
+from .recording import Recording, score_of
 
+Window = tuple[int, float]  # order, length [s]
 SAMPLE_ROWS = 8192  # rows of a recording that its sensing is measured on
 
 
@@ -21,19 +29,19 @@ SAMPLE_ROWS = 8192  # rows of a recording that its sensing is measured on
 class Rows:
     """Scored rows of one joint: time, regressor (n, columns), target, measured, kind, base indices."""
 
-    t: numpy.ndarray
-    x: numpy.ndarray
-    target: numpy.ndarray
-    measured: numpy.ndarray
-    kind: numpy.ndarray
-    index: list
+    t: Array
+    x: Array
+    target: Array
+    measured: Array
+    kind: Array
+    index: list[int]
 
 
 class Regression:
     """The rows of one recording under one model. `window` (order, length in s) reaches across stops; `window_hz` is the
     low-pass frequency that the windows of the motion suit, the score's where it is not given."""
 
-    def __init__(self, model, recording, window=None, window_hz=None):
+    def __init__(self, model: Model, recording: Recording, window: Window | None = None, window_hz: float | None = None) -> None:
         recording.check_channels(model)
         self.model, self.recording, self.score = model, recording, score_of(model, recording)
         self.struct = ffi.new("tl_regression *")
@@ -44,7 +52,7 @@ class Regression:
         if model.effects:
             check(lib.tl_regression_set_effects(self.struct, self._effects, len(model.effects), recording.t[0]))
 
-    def _sense(self, joint, window, window_hz):
+    def _sense(self, joint: int, window: Window | None, window_hz: float | None) -> None:
         score = ffi.new("tl_score_settings *", self.score[0])
         score.lowpass_hz = window_hz or score.lowpass_hz
         begin, end = next(iter(self.recording.segments()))
@@ -59,13 +67,13 @@ class Regression:
             sensing.window.order, sensing.window.length_s = window or (given.order, given.length_s)
             sensing.across = 1
 
-    def sensing(self, joint=0):
+    def sensing(self, joint: int = 0) -> dict[str, Any]:
         """How the joint's angle is read: dict of order, window_s, quick_s, noise, step, standstill."""
         s = self.struct.sensing[joint]
         return {"order": s.window.order, "window_s": s.window.length_s, "quick_s": s.quick.length_s,
                 "noise": s.noise, "step": s.step, "standstill": s.standstill}
 
-    def _space(self, rows, span_s):
+    def _space(self, rows: int, span_s: float) -> tuple[Any, Any]:
         joints, grid = len(self.model.joints), int(span_s / self.recording.step_s) + 3
         memory = numpy.empty(lib.tl_regression_memory(self.struct, rows, grid))
         mask = numpy.empty(joints * grid, dtype=numpy.uint8)
@@ -74,7 +82,7 @@ class Regression:
         lib.tl_regression_space_init(space, self.struct, rows, grid, pointer(memory), stops, pointer(mask))
         return space, (memory, mask, stops)
 
-    def _segment(self, begin, end, with_rows=True):
+    def _segment(self, begin: int, end: int, with_rows: bool = True) -> tuple[Any, Any]:
         t = self.recording.t
         space, alive = self._space(end - begin, t[end - 1] - t[begin])
         block = self.recording.block(begin, end)
@@ -85,27 +93,27 @@ class Regression:
             check(lib.tl_regression_motion(self.struct, block, space))
         return space, (alive, block)
 
-    def rows(self):
+    def rows(self) -> list[list[Rows]]:
         """For each joint, for each segment: Rows."""
-        out = [[] for _ in self.model.joints]
+        out: list[list[Rows]] = [[] for _ in self.model.joints]
         for begin, end in self.recording.segments():
             space, _alive = self._segment(begin, end)
             for joint, parts in enumerate(out):
                 parts.append(self._copy_rows(space.rows[joint]))
         return out
 
-    def _copy_rows(self, rows):
+    def _copy_rows(self, rows: Any) -> Rows:
         columns, n = rows.columns, rows.n
         x = numpy.array([numpy.frombuffer(ffi.buffer(rows.x + c * rows.stride, 8 * n)) for c in range(columns + 2)])
         kind = numpy.frombuffer(ffi.buffer(rows.kind, n), dtype=numpy.uint8).copy()
         t = rows.begin_s + numpy.arange(n) * self.recording.step_s
         return Rows(t, x[:columns].T, x[columns], x[columns + 1], kind, [rows.index[c] for c in range(columns)])
 
-    def motion(self):
+    def motion(self) -> dict[str, Array]:
         """Joint motion at the recording's rows: dict of (joints, n) arrays q, v, a, slip, speed (NaN outside
         segments)."""
         names, joints, n = ("q", "v", "a", "slip", "speed"), len(self.model.joints), len(self.recording.t)
-        out = {name: numpy.full((joints, n), numpy.nan) for name in names}
+        out: dict[str, Array] = {name: numpy.full((joints, n), numpy.nan) for name in names}
         for begin, end in self.recording.segments():
             space, _alive = self._segment(begin, end, with_rows=False)
             for name in names:
@@ -114,12 +122,12 @@ class Regression:
                     out[name][joint, begin:end] = numpy.frombuffer(values)
         return out
 
-    def predict(self, base):
+    def predict(self, base: Mapping[str, float] | ArrayLike) -> Array:
         """What the base parameters predict at the recording's rows, (joints, n); the nearest estimate is
         held where there is none."""
         t, joints = self.recording.t, len(self.model.joints)
-        base = list(base.values()) if isinstance(base, dict) else base
-        base = vector("base", base, len(self.model.base))
+        given = list(base.values()) if isinstance(base, Mapping) else base
+        base = vector("base", given, len(self.model.base))
         out, known = numpy.empty((joints, len(t))), numpy.zeros(len(t), dtype=bool)
         for begin, end in self.recording.segments():
             space, _alive = self._segment(begin, end, with_rows=False)
@@ -131,7 +139,7 @@ class Regression:
         return out[:, _nearest(t, numpy.flatnonzero(known))]
 
 
-def _nearest(t, known):
+def _nearest(t: Array, known: Array) -> Array:
     """For each instant the known row that is nearest in time, the earlier of two."""
     after = numpy.clip(numpy.searchsorted(known, numpy.arange(len(t))), 0, len(known) - 1)
     before = numpy.clip(numpy.searchsorted(known, numpy.arange(len(t)), "right") - 1, 0, None)
@@ -139,7 +147,7 @@ def _nearest(t, known):
     return numpy.where((numpy.abs(t - t[last]) <= numpy.abs(t[coming] - t)), last, coming)
 
 
-def predict(model, recording, window=None):
+def predict(model: Model, recording: Recording, window: Window | None = None) -> Array:
     """What `model` predicts for a recording's rows, (joints, n)."""
     return Regression(model, recording, window).predict(model.base)
 
@@ -148,29 +156,30 @@ def predict(model, recording, window=None):
 class Fit:
     """What `identify` answers; see tl_identify_result for the meaning of each figure."""
 
-    model: object
-    parameters: dict
-    sigma: dict
-    identifiable: dict
-    base: dict
-    base_sigma: dict
-    null_space: list
+    model: Model
+    parameters: dict[str, float]
+    sigma: dict[str, float]
+    identifiable: dict[str, bool]
+    base: dict[str, float]
+    base_sigma: dict[str, float]
+    null_space: list[dict[str, float]]
     cost: float
     least_squares_cost: float
     condition_number: float
     evaluations: int
-    noise: list = field(default_factory=list)
+    noise: list[float] = field(default_factory=list)
 
-    def __str__(self):
+    def __str__(self) -> str:
         """A line for each parameter; what the data cannot fix is said."""
         lines = [f"{name:24} {value:12.6g} +- {self.sigma[name]:.2g}" + ("" if self.identifiable[name] else "  (not identifiable)")
                  for name, value in self.parameters.items()]  # fmt: skip
         return "\n".join(lines)
 
 
-def factors(model, recordings, window=None):
+def factors(model: Model, recordings: Iterable[Recording], window: Window | None = None) -> tuple[Any, list[list[list[Rows]]]]:
     """One `tl_factor` a joint over all recordings, and the rows themselves."""
-    out, every = ffi.new("tl_factor[]", len(model.joints)), []
+    out = ffi.new("tl_factor[]", len(model.joints))
+    every: list[list[list[Rows]]] = []
     for joint in range(len(model.joints)):
         index = ffi.new("int[]", constants.TL_MAX_ROW)
         check(lib.tl_factor_init(out + joint, lib.tl_row_index(model.struct, joint, index)))
@@ -186,7 +195,8 @@ def factors(model, recordings, window=None):
     return out, every
 
 
-def identify(model, recordings, seed=1, equal_weights=False, window=None, **swarm):
+def identify(model: Model, recordings: Iterable[Recording], seed: int = 1, equal_weights: bool = False,
+             window: Window | None = None, **swarm: float) -> Fit:
     """Fit the model's parameters to recordings; `swarm` sets fields of tl_pso_settings."""
     factor, every = factors(model, recordings, window)
     settings = ffi.new("tl_identify_settings *", lib.tl_identify_defaults())
@@ -208,7 +218,7 @@ def identify(model, recordings, seed=1, equal_weights=False, window=None, **swar
     return _fit(model, problem, result, evaluations)
 
 
-def _sigmas(problem, result, every, block_s=0.5):
+def _sigmas(problem: Any, result: Any, every: list[list[list[Rows]]], block_s: float = 0.5) -> None:
     sandwich = ffi.new("tl_sandwich *")
     check(lib.tl_sandwich_init(sandwich, problem.bases, block_s))
     base = numpy.array([result.base[i] for i in range(problem.bases)])
@@ -230,7 +240,7 @@ def _sigmas(problem, result, every, block_s=0.5):
             raise
 
 
-def _fit(model, problem, result, evaluations):
+def _fit(model: Model, problem: Any, result: Any, evaluations: int) -> Fit:
     names, bases = list(model.parameters), list(model.base)
     fitted = model.copy()
     fitted.set_parameters(**{name: result.value[i] for i, name in enumerate(names)})

@@ -212,7 +212,7 @@ class _Drive:
             if abs(shown * factor - more - torque) <= LOAD_TOLERANCE * abs(shown):
                 break
             torque = shown * factor - more
-        return torque
+        return float(torque)
 
     def _rotor(self, now: Any) -> float:
         """What a ratio that changes with the angle asks beside the armature. The armature itself is set for the next evaluation;
@@ -225,7 +225,7 @@ class _Drive:
         slope = (self._ratio(now.q + step) - self._ratio(now.q - step)) / (2 * step)
         used, true = float(m.dof_armature[self.v_at]), inertia * ratio**2
         m.dof_armature[self.v_at] = true
-        return (used - true) * float(d.qacc[self.v_at]) - inertia * ratio * slope * now.v**2
+        return float((used - true) * d.qacc[self.v_at] - inertia * ratio * slope * now.v**2)
 
     def _ratio(self, q: float) -> float:
         return float(lib.tl_torque_ratio(self.plant, self.number, q))

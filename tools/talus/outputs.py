@@ -1,13 +1,17 @@
 """Files that appear whole or not at all: temporary name, sync, rename."""
 
+from __future__ import annotations
+
 import gzip
 import os
 import stat
+from collections.abc import Iterable
+from typing import IO
 
 from .refused import Refused
 
 
-def write(path, chunks):
+def write(path: str | os.PathLike[str], chunks: Iterable[bytes]) -> None:
     """Bytes, piece by piece, to a path; a device or pipe is written as it is."""
     try:
         if os.path.exists(path) and not stat.S_ISREG(os.stat(path).st_mode):
@@ -30,14 +34,14 @@ def write(path, chunks):
         raise Refused(1, f"{path}: cannot be written: {error.strerror}") from error
 
 
-def folder_beside(path):
+def folder_beside(path: str | os.PathLike[str]) -> str | None:
     """Where temporary files may stand: beside an output that is a file, else where the system keeps such."""
     folder = os.path.dirname(os.path.realpath(path))
     is_file = not os.path.exists(path) or stat.S_ISREG(os.stat(path).st_mode)
     return folder if is_file and os.access(folder, os.W_OK) else None
 
 
-def fill(file, path, chunks):
+def fill(file: IO[bytes], path: str | os.PathLike[str], chunks: Iterable[bytes]) -> None:
     """The same bytes at any time of day: no name and no time in a compressed file's header."""
     if not str(path).endswith(".gz"):
         file.writelines(chunks)
@@ -47,6 +51,6 @@ def fill(file, path, chunks):
             compressed.write(chunk)
 
 
-def write_text(path, text):
+def write_text(path: str | os.PathLike[str], text: str) -> None:
     """A text as a file, whole or not at all."""
     write(path, [text.encode()])

@@ -10,12 +10,17 @@ A series is (name, role, x, y), NaN in y is a gap; the role decides the colour: 
 nominal, identified, extended, noise, accent.
 """
 
+from __future__ import annotations
+
 import json
 import math
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from html import escape
 from pathlib import Path
+from typing import Any
 
+Series = tuple[str, str, Iterable[float], Iterable[float]]
 _PACKED = Path(__file__).resolve().parent / "_native" / "assets"  # of an installed package
 _ASSETS = _PACKED if _PACKED.is_dir() else Path(__file__).resolve().parents[2] / "apps" / "page" / "assets"
 BAR_REM, AXIS_REM = 2.4, 3.6  # heights of a bar with a label of two lines, and of the axis beneath
@@ -27,18 +32,18 @@ _CHART_LIBRARY = [
 class Page:
     """Parts in the order in which they are added; texts are plain text and are escaped here."""
 
-    def __init__(self, title, sentence):
+    def __init__(self, title: str, sentence: str) -> None:
         self.title = title
         self._body = [f"<h1>{escape(title)}</h1>\n", f'<p class="lead">{escape(sentence)}</p>\n']
-        self._charts = []
+        self._charts: list[dict[str, Any]] = []
 
-    def heading(self, text):
+    def heading(self, text: str) -> None:
         self._body.append(f"<h2>{escape(text)}</h2>\n")
 
-    def paragraph(self, text):
+    def paragraph(self, text: str) -> None:
         self._body.append(f"<p>{escape(text)}</p>\n")
 
-    def table(self, caption, columns, rows, words=False):
+    def table(self, caption: str, columns: Sequence[str], rows: Iterable[Sequence[str]], words: bool = False) -> None:
         """A table whose first column names the rows, of figures or of words."""
         head = "".join(f'<th scope="col">{escape(text)}</th>' for text in columns)
         body = "".join(
@@ -49,7 +54,8 @@ class Page:
         self._body.append(f'<div class="wide"><table{kind}>\n<caption>{escape(caption)}</caption>\n<thead><tr>{head}</tr>'
                           f"</thead>\n<tbody>\n{body}</tbody></table></div>\n")  # fmt: skip
 
-    def chart(self, title, x_label, y_label, series, below=None):
+    def chart(self, title: str, x_label: str, y_label: str, series: Iterable[Series],
+              below: tuple[str, Iterable[Series]] | None = None) -> None:
         """Lines over x; `below` is (y label, series) of a lower chart on the same x axis."""
         chart = self._chart(title, x_label, y_label, series)
         plots = [("tall joined" if below else "lines", y_label)]
@@ -63,7 +69,8 @@ class Page:
         )
         self._body.append(f"<figure>\n<figcaption>{escape(title)}</figcaption>\n{canvases}</figure>\n")
 
-    def bars(self, title, x_label, labels, values, roles=None):
+    def bars(self, title: str, x_label: str, labels: Sequence[str | list[str]], values: Sequence[float],
+             roles: Sequence[str] | None = None) -> None:
         """Horizontal bars from zero, one a label (a list is a label of several lines), each in its role's colour."""
         bars = {"form": "bars", "title": title, "x": x_label, "y": "", "labels": labels, "values": values, "series": []}
         if roles:
@@ -76,20 +83,19 @@ class Page:
                           "</figure>\n")  # fmt: skip
 
     @contextmanager
-    def side_by_side(self):
+    def side_by_side(self) -> Iterator[None]:
         """What is added within stands side by side where there is room."""
         self._body.append('<div class="columns">\n')
         yield
         self._body.append("</div>\n")
 
     @staticmethod
-    def _chart(title, x_label, y_label, series):
-        number = lambda x: None if math.isnan(x) else float(f"{x:.9g}")  # noqa: E731
-        lines = [{"name": name, "role": role, "t": [number(value) for value in x], "y": [number(value) for value in y]}
+    def _chart(title: str, x_label: str, y_label: str, series: Iterable[Series]) -> dict[str, Any]:
+        lines = [{"name": name, "role": role, "t": [_number(value) for value in x], "y": [_number(value) for value in y]}
                  for name, role, x, y in series]  # fmt: skip
         return {"form": "lines", "title": title, "x": x_label, "y": y_label, "series": lines}
 
-    def write(self, path):
+    def write(self, path: str | Path) -> None:
         """Writes the page; `tools/setup build` installs the chart library that it carries."""
         library = next((file for file in _CHART_LIBRARY if file.exists()), None)
         if library is None:
@@ -106,3 +112,8 @@ class Page:
         pieces = text.split("{{")
         filled = pieces[0] + "".join(places[place] + rest for place, rest in (p.split("}}", 1) for p in pieces[1:]))
         Path(path).write_text(filled, encoding="utf-8")
+
+
+def _number(x: float) -> float | None:
+    """With nine digits; None for NaN, a gap."""
+    return None if math.isnan(x) else float(f"{x:.9g}")

@@ -5,32 +5,38 @@
     talus.Recording({"time_s": t, "joint_rad": q, "joint_current_A": i})
 """
 
+from __future__ import annotations
+
 import gzip
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
 
 import numpy
+from numpy.typing import ArrayLike
 
 from . import outputs
-from ._arrays import pointer
+from ._arrays import Array, pointer
 from ._library import InputError, check, check_file, ffi, files, lib
 from .model import Model, plants, score_settings
 
 ROWS_AT_ONCE = 20_000  # that are turned into text
 
 
-def channels():
+def channels() -> dict[str, int]:
     """Column name -> channel number."""
     return {ffi.string(lib.tl_channel_name(c)).decode(): c for c in range(lib.TL_CHANNEL_COUNT)}
 
 
-def channel_set(model):
+def channel_set(model: Model) -> Any:
     """What a model's recordings hold: a `tl_channel_set`."""
     held = ffi.new("tl_channel_set *")
     check(lib.tl_channel_set_of(model.struct.plant, held))
     return held
 
 
-def score_of(model, recording):
+def score_of(model: Model, recording: Recording) -> Any:
     """The scoring rule: the recording's own where one was given, else that of the model's file."""
     return recording.score if recording.has_score else model.score
 
@@ -44,7 +50,7 @@ class Origin:
     length_s: float
 
 
-def _fields(struct):
+def _fields(struct: Any) -> dict[str, Any]:
     """A C struct's numbers by name."""
     return {name: getattr(struct, name) for name in dir(struct)}
 
@@ -53,9 +59,9 @@ class Recording:
     """Columns of one recording, by the contract's names, as float arrays of one length. `score` is a mapping with keys of
     a model file's `score:`, and goes before that of the model."""
 
-    def __init__(self, columns, score=None):
+    def __init__(self, columns: Mapping[str, ArrayLike], score: Mapping[str, float] | None = None) -> None:
         known = channels()
-        self.columns = {n: numpy.ascontiguousarray(x, dtype=float) for n, x in columns.items() if n in known}
+        self.columns: dict[str, Array] = {n: numpy.ascontiguousarray(x, dtype=float) for n, x in columns.items() if n in known}
         self._check_columns()
         self.t = self.columns["time_s"]
         self.valid = self.columns.get("valid")
@@ -64,22 +70,22 @@ class Recording:
         self.recorded = sum(1 << known[name] for name in self.columns)
         self.step_s = lib.tl_median_step(pointer(self.t), len(self.t), pointer(numpy.empty(len(self.t) - 1)))
 
-    def __reduce__(self):
+    def __reduce__(self) -> tuple[Any, ...]:
         return Recording, (self.columns, _fields(self._score) if self.has_score else None)
 
-    def __eq__(self, other):
+    def __eq__(self, other: object) -> bool:
         if not isinstance(other, Recording):
             return NotImplemented
         same = list(self.columns) == list(other.columns) and self.has_score == other.has_score
         return same and _fields(self._score) == _fields(other._score) and all(  # not by bytes: a struct has gaps
             numpy.array_equal(x, other.columns[name]) for name, x in self.columns.items())  # fmt: skip
 
-    __hash__ = None  # its arrays can be changed
+    __hash__ = None  # type: ignore[assignment]  # its arrays can be changed
 
-    def __repr__(self):
+    def __repr__(self) -> str:
         return f"<talus.Recording: {len(self.t)} samples in {self.t[-1] - self.t[0]:.3f} s, {', '.join(self.columns)}>"
 
-    def _check_columns(self):
+    def _check_columns(self) -> None:
         if "time_s" not in self.columns:
             raise ValueError(f"time_s: expected this column, found {', '.join(self.columns) or 'none that is known'}")
         n = self.columns["time_s"].shape
@@ -97,22 +103,22 @@ class Recording:
             raise ValueError("valid: expected 0 or 1")
 
     @classmethod
-    def read(cls, path, score=None, model=None):
+    def read(cls, path: str | Path, score: Mapping[str, float] | None = None, model: Model | None = None) -> Recording:
         """From a CSV file (also .gz), by the programs' reader: InputError names file and line of what is wrong. Without a
         model the columns tell whose recording it is."""
         with RecordingFile(path, model) as file:
             return cls(file.columns(), score)
 
     @property
-    def score(self):
+    def score(self) -> Any:
         """A `tl_score_settings`."""
         return self._score
 
     @score.setter
-    def score(self, settings):
+    def score(self, settings: Any) -> None:
         self._score, self.has_score = settings, True
 
-    def head(self, rows):
+    def head(self, rows: int) -> Recording:
         """The first rows, with the same scoring."""
         if len(self.t) <= rows:
             return self
@@ -120,7 +126,7 @@ class Recording:
         out._score, out.has_score = self._score, self.has_score
         return out
 
-    def check_channels(self, model):
+    def check_channels(self, model: Model) -> None:
         """ValueError names the columns that the model's recordings need and this one lacks."""
         held, names = channel_set(model), {number: name for name, number in channels().items()}
         sets = [1 << c for c in names if held.required >> c & 1] + [x for x in held.any_of if x]
@@ -128,25 +134,25 @@ class Recording:
         if lacking:
             raise ValueError(f"the recording lacks {', '.join(lacking)} (a {model.plant}'s needs it)")
 
-    def text(self):
+    def text(self) -> Iterator[bytes]:
         """The recording as the programs read it, in pieces of bytes: each number in the fewest digits that give it back."""
         yield (",".join(self.columns) + "\n").encode()
         for first in range(0, len(self.t), ROWS_AT_ONCE):
             rows = zip(*(values[first : first + ROWS_AT_ONCE].tolist() for values in self.columns.values()), strict=True)
             yield "".join(",".join(map(repr, row)) + "\n" for row in rows).encode()
 
-    def write(self, path):
+    def write(self, path: str | Path) -> None:
         """To a CSV file (compressed where the name ends in .gz), whole or not at all; read back it is the same, bit by bit."""
         outputs.write(path, self.text())
 
-    def segments(self):
+    def segments(self) -> Iterator[tuple[int, int]]:
         """Row ranges [begin, end) without gap or change of `valid`."""
         mask = ffi.NULL if self.valid is None else pointer((self.valid != 0).astype(numpy.uint8))
         cursor, part = ffi.new("size_t *"), ffi.new("tl_segment *")
         while lib.tl_segment_next(pointer(self.t), mask, len(self.t), self.step_s, cursor, part):
             yield part.begin, part.end
 
-    def block(self, begin, end):
+    def block(self, begin: int, end: int) -> Any:
         """A `tl_block` of rows [begin, end); keep the recording alive while it is used."""
         block = ffi.new("tl_block *")
         block.n, block.t_s = end - begin, pointer(self.t) + begin
@@ -156,7 +162,7 @@ class Recording:
         return block
 
 
-def _plant_of(path):
+def _plant_of(path: str | Path) -> str:
     """The plant whose columns stand in a file's header."""
     opener = gzip.open if str(path).endswith(".gz") else open
     try:
@@ -171,30 +177,31 @@ def _plant_of(path):
 class RecordingFile:
     """A recording's file, checked and held open outside of memory, of which any rows can be had."""
 
-    def __init__(self, path, model=None):
+    def __init__(self, path: str | Path, model: Model | None = None) -> None:
         model = model or Model(_plant_of(path))
         self.path, self._error = str(path), ffi.new("struct app_error *")
         self._held = files().recording_open(self.path.encode(), model.struct.plant, self._error)
         check_file(0 if self._held else -1, self._error)
         self.rows = files().recording_rows(self._held)
 
-    def __enter__(self):
+    def __enter__(self) -> RecordingFile:
         return self
 
-    def __exit__(self, *raised):
+    def __exit__(self, *raised: object) -> None:
         files().recording_close(self._held)
 
-    def columns(self, first=0, rows=None):
+    def columns(self, first: int = 0, rows: int | None = None) -> dict[str, Array]:
         """{name: values} of some rows, or all."""
-        n, has = self.rows - first if rows is None else rows, lambda c: files().recording_has(self._held, c)
-        out = {name: numpy.empty(n) for name, c in channels().items() if has(c) and name != "valid"}
+        n = self.rows - first if rows is None else rows
+        held = {name for name, c in channels().items() if files().recording_has(self._held, c)}
+        out = {name: numpy.empty(n) for name in channels() if name in held and name != "valid"}
         column, valid = ffi.new("double *[]", lib.TL_CHANNEL_COUNT), numpy.empty(n, dtype=numpy.uint8)
         for name, values in out.items():
             column[channels()[name]] = pointer(values)
         check_file(files().recording_read(self._held, first, n, column, pointer(valid), self._error), self._error)
-        return {**out, "valid": valid.astype(float)} if has(channels()["valid"]) else out
+        return {**out, "valid": valid.astype(float)} if "valid" in held else out
 
-    def origin(self):
+    def origin(self) -> Origin:
         """The Origin of its stretches."""
         first, last = (self.columns(row, 1)["time_s"][0] for row in (0, self.rows - 1))
         return Origin(self.path, float(first), float(last - first))

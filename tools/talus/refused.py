@@ -2,6 +2,6 @@
 
 
 class Refused(Exception):
-    def __init__(self, status, text):
+    def __init__(self, status: int, text: str) -> None:
         super().__init__(text)
         self.status, self.text = status, text

@@ -4,17 +4,22 @@
     talus.score(model, unseen, talus.predict(model, unseen))["knee"]["relative_percent"]
 """
 
+from __future__ import annotations
+
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy
+from numpy.typing import ArrayLike
 
-from ._arrays import joint_arrays, pointer
+from ._arrays import Array, joint_arrays, pointer
 from ._library import check, ffi, lib
-from .identification import Regression
-from .recording import channels, score_of
+from .identification import Regression, Rows
+from .model import Model
+from .recording import Recording, channels, score_of
 
 
-def measured(model, recording):
+def measured(model: Model, recording: Recording) -> Array:
     """What the recording shows of each joint, (joints, n): torque constant x current [Nm], torque [Nm], force
     [N], or the load sensor's torque [Nm] where there is one."""
     regression = Regression(model, recording)  # keeps the memory that its layout lies in
@@ -27,7 +32,7 @@ def measured(model, recording):
     )
 
 
-def score(model, recording, predicted):
+def score(model: Model, recording: Recording, predicted: ArrayLike) -> dict[str, dict[str, float]]:
     """The error of `predicted`, (joints, n) at the recording's rows, for each joint: a dict with rms,
     measured_rms, relative_percent, reversal_rms (near standstill), samples and samples_left_out."""
     (predicted,) = map(numpy.atleast_2d, joint_arrays(len(model.joints), predicted=predicted))
@@ -53,17 +58,17 @@ class Panel:
     predicts, and which instants are scored. NaN parts segments."""
 
     joint: str
-    t: numpy.ndarray
-    measured: numpy.ndarray
-    predicted: dict
-    scored: numpy.ndarray
+    t: Array
+    measured: Array
+    predicted: dict[str, Array]
+    scored: Array
 
-    def residual(self, name):
+    def residual(self, name: str) -> Array:
         """Measured - predicted where it is scored, NaN elsewhere."""
         return numpy.where(self.scored, self.measured - self.predicted[name], numpy.nan)
 
 
-def panels(models, recording):
+def panels(models: Mapping[str, Model], recording: Recording) -> list[Panel]:
     """A Panel for each joint; `models` maps names to models that differ in what is identified only."""
     first = next(iter(models.values()))
     rows = Regression(first, recording).rows()
@@ -77,11 +82,14 @@ def panels(models, recording):
     return out
 
 
-def _piece(part, base):
+def _piece(part: Rows, base: Mapping[str, Array]) -> tuple[Array, Array, Array, dict[str, Array]]:
     """One segment, and a row of nothing behind it."""
-    end = lambda x: numpy.append(x, numpy.nan)  # noqa: E731
     predicted = {
-        name: end(part.measured - part.target + part.x @ values[part.index]) for name, values in base.items()
+        name: _end(part.measured - part.target + part.x @ values[part.index]) for name, values in base.items()
     }
     scored = numpy.append(part.kind == lib.TL_ROW_SCORED, False)
-    return numpy.append(part.t, part.t[-1] if len(part.t) else 0.0), end(part.measured), scored, predicted
+    return numpy.append(part.t, part.t[-1] if len(part.t) else 0.0), _end(part.measured), scored, predicted
+
+
+def _end(x: Array) -> Array:
+    return numpy.append(x, numpy.nan)

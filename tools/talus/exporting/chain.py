@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from talus import Model, lib
+from talus._arrays import Array
 from talus._library import check, ffi
 from talus.refused import Refused
 
@@ -113,7 +114,7 @@ def _slider(s: Any, share: dict[int, float]) -> tuple[list[Link], list[float]]:
     return [Link("carriage", s.mass_kg, 0.0, 0.01)], [0.0]
 
 
-def ratios(model: Model, joint: int, q: np.ndarray) -> np.ndarray:
+def ratios(model: Model, joint: int, q: Array) -> Array:
     """Torque at the joint over torque as the model counts it, along joint positions."""
     return np.array([lib.tl_torque_ratio(model.struct, joint, float(x)) for x in q])
 

@@ -102,13 +102,16 @@ def table(report: dict[str, object]) -> str:
     entries = report["entries"]
     assert isinstance(entries, list)
     unit, rows = report["torque_unit"], [("what", "joint", "held", f"torque [{report['torque_unit']}]", f"lost [{report['torque_unit']}]", "")]
-    show = lambda x: "?" if x is None else f"{x:.2g}"  # noqa: E731
     for e in entries:
-        rows.append((e["effect"], e["joint"], e["how"], show(e["torque_Nm"]), show(e["lost_Nm"]), e["callback"] or e["note"] or ""))
+        rows.append((e["effect"], e["joint"], e["how"], _figure(e["torque_Nm"]), _figure(e["lost_Nm"]), e["callback"] or e["note"] or ""))
     if len(rows) == 1:
         return f"nothing is lost: 0 {unit}"
     width = [max(len(row[c]) for row in rows) for c in range(5)]
     return "\n".join(" ".join(cell.ljust(w) for cell, w in zip(row, [*width, 0], strict=True)).rstrip() for row in rows)
+
+
+def _figure(x: float | None) -> str:
+    return "?" if x is None else f"{x:.2g}"
 
 
 def run(arguments: list[str]) -> None:

@@ -10,6 +10,7 @@ from scipy.optimize import lsq_linear
 
 import talus
 from talus import Model, Recording
+from talus._arrays import Array
 from talus._library import TalusError
 
 from . import chain, terms
@@ -23,11 +24,11 @@ class Motion:
     """Moving rows of a recording: (joints, n) arrays of position, velocity, direction of slip, and the ratio to the joint."""
 
     recording: Recording
-    rows: list[np.ndarray]
-    q: np.ndarray
-    v: np.ndarray
-    slip: np.ndarray
-    ratio: np.ndarray
+    rows: list[Array]
+    q: Array
+    v: Array
+    slip: Array
+    ratio: Array
 
 
 def default_recording(model: Model) -> Recording:
@@ -47,7 +48,7 @@ def along(model: Model, recording: Recording) -> Motion:
     return Motion(recording, rows, np.nan_to_num(moved["q"]), np.nan_to_num(moved["v"]), np.sign(np.nan_to_num(moved["v"])), ratio)
 
 
-def torque_of(model: Model, number: int, motion: Motion) -> np.ndarray | str:
+def torque_of(model: Model, number: int, motion: Motion) -> Array | str:
     """What effect `number` adds to the torque at each joint, (joints, n); or why this motion cannot say."""
     without = model.copy()
     without.effects = [e for k, e in enumerate(model.effects) if k != number]
@@ -58,7 +59,7 @@ def torque_of(model: Model, number: int, motion: Motion) -> np.ndarray | str:
     return np.asarray(added * motion.ratio)
 
 
-def of_plain(model: Model, held: Model, motion: Motion) -> np.ndarray:
+def of_plain(model: Model, held: Model, motion: Motion) -> Array:
     """What a plain model's torque is off when it is computed with another, at each joint."""
     return np.asarray((talus.predict(_bare(model), motion.recording) - talus.predict(_bare(held), motion.recording)) * motion.ratio)
 
@@ -69,12 +70,12 @@ def _bare(model: Model) -> Model:
     return out
 
 
-def rms(torque: np.ndarray, rows: list[np.ndarray]) -> list[float]:
+def rms(torque: Array, rows: list[Array]) -> list[float]:
     """Of each joint's moving rows."""
     return [float(np.sqrt(np.mean(x[r] ** 2))) if len(r) else 0.0 for x, r in zip(torque, rows, strict=True)]
 
 
-def fitted(torque: np.ndarray, joint: int, motion: Motion, names: tuple[str, ...], low: dict[str, float]) -> dict[str, float]:
+def fitted(torque: Array, joint: int, motion: Motion, names: tuple[str, ...], low: dict[str, float]) -> dict[str, float]:
     """The terms that come nearest to a torque along the moving rows; `low` is the least that each may be."""
     rows = motion.rows[joint]
     if not len(rows) or not np.any(torque[rows]) or not names:
@@ -85,7 +86,7 @@ def fitted(torque: np.ndarray, joint: int, motion: Motion, names: tuple[str, ...
     return dict(zip(names, map(float, found), strict=True))
 
 
-def sum_of(found: dict[str, float], joint: int, motion: Motion) -> np.ndarray:
+def sum_of(found: dict[str, float], joint: int, motion: Motion) -> Array:
     """The torque of terms at a joint, along all rows."""
     q, v, slip = motion.q[joint], motion.v[joint], motion.slip[joint]
     return np.asarray(sum((number * terms.COLUMNS[name](q, v, slip) for name, number in found.items()), np.zeros_like(q)))

@@ -12,6 +12,7 @@ import numpy as np
 
 import talus
 from talus import Model, Recording
+from talus._arrays import Array
 from talus.refused import Refused
 
 from .xml_text import add, to_text
@@ -19,7 +20,7 @@ from .xml_text import add, to_text
 TOPICS = {"measured": "#1f77b4", "predicted": "#ff7f0e", "residual": "#d62728"}  # and the colour of each
 
 
-def states(model: Model, recording: Recording) -> dict[str, dict[str, np.ndarray]]:
+def states(model: Model, recording: Recording) -> dict[str, dict[str, Array]]:
     """By topic: the fields of its messages, (joints, n). Residual: measured less predicted."""
     measured, predicted = talus.measured(model, recording), talus.predict(model, recording)
     moved = talus.Regression(model, recording).motion()
@@ -46,7 +47,7 @@ def content(model: Model, recording: Recording) -> bytes:
         return file.read_bytes()
 
 
-def _message(store: Any, joints: list[str], fields: dict[str, np.ndarray], row: int, stamp: int) -> Any:
+def _message(store: Any, joints: list[str], fields: dict[str, Array], row: int, stamp: int) -> Any:
     types, empty = store.types, np.empty(0)
     time = types["builtin_interfaces/msg/Time"](sec=stamp // 10**9, nanosec=stamp % 10**9)
     values = {name: np.ascontiguousarray(fields[name][:, row]) if name in fields else empty for name in ("position", "velocity", "effort")}

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import xml.etree.ElementTree as ET
+from functools import partial
+from typing import Any
 
 from .chain import Joint, Link
 from .limits import Limits
@@ -35,7 +37,8 @@ def text(held: Held, limits: Limits, comment: str) -> str:
 
 def _bodies(parent: ET.Element, held: Held, j: int, joint: Joint, below: float, limits: Limits) -> ET.Element:
     """The joint's link below `parent`; with a spring between motor and link the motor is a body of its own."""
-    twist, place = joint.twist, {"pos": (0, 0, -below)}
+    twist = joint.twist
+    place: dict[str, Any] = {"pos": (0, 0, -below)}
     if j == 0 and held.chain.zero_rad:
         place["euler"] = (0, -held.chain.zero_rad, 0)
     if twist:
@@ -64,8 +67,8 @@ def _link(body: ET.Element, link: Link) -> None:
 
 
 def _hinge(body: ET.Element, held: Held, j: int, joint: Joint, limits: Limits) -> None:
-    term = lambda name: held.term(j, name)  # noqa: E731
-    more = {"range": limits.position[j]} if limits.position[j] else {}
+    term = partial(held.term, j)
+    more: dict[str, Any] = {"range": limits.position[j]} if limits.position[j] else {}
     add(body, "joint", name=joint.name, type="slide" if joint.slides else "hinge", axis=(1, 0, 0) if joint.slides else (0, 1, 0),
         armature=joint.armature, solreffriction=(1e-4, 1), solimpfriction=(0.9999, 0.9999, 1e-3, 0.5, 2), frictionloss=max(term("coulomb_Nm"), FLOOR_Nm),
         damping=_poly(term("viscous_Nms_rad"), term("viscous_Nms2_rad2"), term("viscous_Nms3_rad3")),
@@ -83,5 +86,5 @@ def _actuator(actuators: ET.Element, held: Held, j: int, joint: Joint, limits: L
     gain = 1.0 + held.added[j].get("gain", 0.0)
     bias = -gain * held.added[j].get("shown_Nm", 0.0) - held.term(j, "constant_Nm") / joint.ratio
     effort = limits.torque[j]
-    more = {"ctrlrange": (-effort / abs(joint.ratio), effort / abs(joint.ratio))} if effort else {}
+    more: dict[str, Any] = {"ctrlrange": (-effort / abs(joint.ratio), effort / abs(joint.ratio))} if effort else {}
     add(actuators, "general", name=joint.name, joint=joint.name, gear=number(joint.ratio), gainprm=gain, biastype="affine", biasprm=(bias, 0, 0), **more)

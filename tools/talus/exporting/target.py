@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from talus import Model, Recording, lib
+from talus._arrays import Array
 from talus._library import ffi
 
 from . import chain, loss, terms
@@ -28,7 +29,6 @@ class Target:
     fits_by: tuple[str, ...]
     callbacks: bool = False
     armature: bool = True
-    actuated: bool = True  # a drive between motor and joint stands in it
 
 
 TARGETS = {
@@ -113,7 +113,7 @@ def _plain_losses(model: Model, target: Target, held: Held, motion: loss.Motion)
             held.entries.append(_plain("torque offset", joint.name, np.full_like(motion.q[j], joint.constant), motion.rows[j], None, "left out"))
 
 
-def _plain(what: str, joint: str, off: np.ndarray, rows: np.ndarray, callback: str | None, how: str) -> dict[str, Any]:
+def _plain(what: str, joint: str, off: Array, rows: Array, callback: str | None, how: str) -> dict[str, Any]:
     (size,) = loss.rms(off[None], [rows])
     return loss.entry(what, joint, "approximate" if how != "left out" else "lost", torque_Nm=None, lost_Nm=size, callback=callback, note=how)
 
@@ -162,7 +162,7 @@ def _take(held: Held, effect: Any, added: dict[str, float]) -> bool:
     return True
 
 
-def _nearest(torque: np.ndarray, target: Target, held: Held, motion: loss.Motion, effect: Any) -> tuple[np.ndarray, dict[str, float]]:
+def _nearest(torque: Array, target: Target, held: Held, motion: loss.Motion, effect: Any) -> tuple[Array, dict[str, float]]:
     """What is left of a torque after the target's nearest terms at the effect's joint, which are added to `held` where they
     help; and those terms. Only what acts on a joint by a law of the instant has such; a target with callbacks needs none."""
     left, j = torque.copy(), effect.joint

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 from talus._library import ffi, lib
@@ -42,7 +43,7 @@ def _parallel_spring(v: dict[str, float]) -> dict[str, float] | None:
             "stiffness_Nm_rad3": v["stiffening_Nm_rad3"], "constant_Nm": v["preload_Nm"]}  # fmt: skip
 
 
-EXACT = {
+EXACT: dict[str, Callable[[dict[str, float]], dict[str, float] | None]] = {
     "stribeck": lambda v: {"stribeck": v["extra_Nm"]},
     "nonlinear_viscous": _nonlinear_viscous,
     "parallel_spring": _parallel_spring,
@@ -55,7 +56,8 @@ EXACT = {
 
 def exact(effect: Any) -> dict[str, float] | None:
     """The terms whose sum the effect's law is, those that are not 0; None where it is no such sum."""
-    found = EXACT.get(name(effect), lambda v: None)(values(effect))
+    law = EXACT.get(name(effect))
+    found = law and law(values(effect))
     return found and {term: number for term, number in found.items() if number}
 
 
