@@ -1,5 +1,6 @@
 """Draws cases and writes their folders; the answers go into one sealed file."""
 
+import copy
 import hashlib
 import json
 
@@ -180,6 +181,7 @@ def write_case(folder, case, simulated):
     runs, currents, sensor = simulated
     job = case.job(case.drawn)
     for name in case.runs:
+        case.noise_before = copy.deepcopy(case.streams["noise"])  # of the last one, the test's
         session = case.runs[name]["job"]["session_s"]
         shown = sensors.recording(
             runs[name], currents[name], sensor, case.noise, case.options, job, session, case.streams["noise"], case.plant
@@ -193,12 +195,12 @@ def decimals(case):
 
 
 def write_floor(place, case):
-    """The unseen recording as it would be without any effect, in the narrow protocol also without noise on the currents: what
-    the true model leaves of it is lost to encoder steps and smoothing, in the wide one to noise, whatever the effect."""
+    """The unseen recording as it would be without any effect: what the true model leaves of it is lost to encoder steps and
+    smoothing, whatever the effect. In the narrow protocol the currents are without noise, in the wide one with the very same."""
     run = simulate({**case.job([]), **case.runs["test"]["job"]}, case.runs["test"]["times"])
     silent = case.noise if case.protocol else {**case.noise, "knee_current_A": 0.0, "ankle_current_A": 0.0}
     options = {**case.options, "camera": False, "temperature": False, "bus": False}
-    rng = np.random.default_rng(0)
+    rng = case.noise_before if case.protocol else np.random.default_rng(0)
     shown = sensors.recording(run, sensors.shown_currents(run, {}), {}, silent, options, {}, 0.0, rng, case.plant)
     sensors.write(place, shown, decimals(case))
 
