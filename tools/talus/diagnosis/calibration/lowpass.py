@@ -21,7 +21,6 @@ from ..torque_terms import model_at
 
 STEP = 1.5  # from one frequency to the next slower one
 SLOWEST_HZ = 5.0
-SLOWEST_HALF_HZ = 2.5  # at which a verdict is looked at once more
 LEAVES_ALONE = 0.02  # of the inertia
 GIVES_UP = 0.1  # of the inertia: then these recordings cannot fix it
 
@@ -111,4 +110,4 @@ class Looks:
 
     def half_of(self, through):
         """What makes the dataset at half a Lowpass; None where that would be slower than any."""
-        return (lambda: self.at(0.5 * through.hz)) if 0.5 * through.hz >= SLOWEST_HALF_HZ else None
+        return (lambda: self.at(0.5 * through.hz)) if 0.5 * through.hz >= SLOWEST_HZ else None
