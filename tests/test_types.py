@@ -4,7 +4,7 @@ import subprocess
 import sys
 
 import pytest
-from support import REPOSITORY
+from support import BUILD, REPOSITORY
 
 pytestmark = pytest.mark.release
 USE = """
@@ -20,7 +20,8 @@ talus.predict(model, 3)
 
 
 def mypy(*arguments):
-    command = [sys.executable, "-m", "mypy", "--config-file", REPOSITORY / "pyproject.toml", "--no-incremental", *arguments]
+    command = [sys.executable, "-m", "mypy", "--config-file", REPOSITORY / "pyproject.toml", "--cache-dir", BUILD / "mypy",
+               *arguments]  # fmt: skip
     return subprocess.run(command, cwd=REPOSITORY, check=False, capture_output=True, text=True)
 
 
