@@ -22,6 +22,7 @@ pytestmark = [pytest.mark.rig, pytest.mark.release]
 MODEL = REPOSITORY / "models/leg_bench.yaml"
 REST, TICK, FALL = 1000, 1e-3, 100  # ticks before and behind the motion; s; ticks before the end from which torque falls
 DECAY = 15
+OUTAGE = 4 + DECAY + 50 + DECAY  # ticks: too late, torque falls, good frames are waited for, torque comes back
 
 
 def motion(folder):
@@ -86,8 +87,9 @@ def test_the_torque_on_the_bus_is_the_models(vcan, tmp_path):  # noqa: F811
     assert (sent[rows] >= numpy.minimum(model, 0) - near).all() and (sent[rows] <= numpy.maximum(model, 0) + near).all()
     whole = (numpy.abs(sent[rows] - model) <= near).all(axis=1)
     print(f"{whole.mean():.0%} of the ticks have the whole torque; measured frames were stale in {told['stale measured']} ticks")
-    stale = told["stale measured"] > 10  # the guest's clock stands still at times; frames are late then, and torque falls
-    assert stale or whole.all()
+    # the guest's clock stands still at times; frames are late then, and torque falls: for each stale tick an outage at the most
+    assert 10 * (~whole).sum() <= told["stale measured"] * OUTAGE
+    stale = told["stale measured"] > 10
     assert (sent[:50] == 0).all() and (sent[DECAY - FALL :] == 0).all()
     assert stale or numpy.abs(sent).max() > 0.02
     assert told["ticks"] == len(sent) and told["measured"] > 0 and not told["stop_frame"]
