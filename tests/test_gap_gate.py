@@ -8,6 +8,7 @@ import talus
 from spoiled import spoilings
 from support import REPOSITORY, data, needs_data, run
 from talus.diagnosis import gate
+from talus.diagnosis.gate import machine
 
 PLANTS = {"leg": 51.0, "pendulum": 9.0, "slider": 1.0}
 SEEDS = (1, 2)
@@ -81,6 +82,23 @@ def test_two_machines(tmp_path, sound):
     run("talus-sim", "--model", tmp_path / "other.yaml", "--out", tmp_path / "other.csv", "--duration", 24)
     found = gate.findings(model, ["a.csv", "b.csv"], [one, talus.Recording.read(tmp_path / "other.csv")])
     assert [f.id for f in found] == ["other_machine"]
+
+
+def test_slow_ramps_do_not_speak_against_what_a_fast_motion_tells(tmp_path):
+    """Ramps know nothing of an inertia: what they ask for is noise and the unmodelled drag, times whatever it takes."""
+    model = talus.Model.read(REPOSITORY / "models/pendulum.yaml")
+    drag = "effects: [{effect: stribeck, joint: joint, parameters: {extra_Nm: 0.6, speed_rad_s: 0.1, exponent: 2}}]"
+    truth, names = talus.Model.from_text(model.text() + drag), ["ramps", "multisine"]
+    truth.write(tmp_path / "truth.yaml")
+    for name, more in zip(names, (("--speed", 0.2), ("--duration", 10))):
+        run("talus-sim", "--model", tmp_path / "truth.yaml", "--out", tmp_path / name, "--excitation", name, "--rate", 1000, *more)
+    ramps, multisine = (talus.Recording.read(tmp_path / name) for name in names)
+    recordings = [ramps.head(8000), multisine]
+    rows = machine.joint_rows(model, recordings, 0)
+    beyond = rows[1].measured - rows[1].known - rows[1].x @ machine.fitted(rows[0])[0]
+    assert np.mean(beyond**2) > 4 * np.mean(rows[1].measured ** 2)  # each by itself, they differ
+    for order in (1, -1):
+        assert gate.findings(model, names[::order], recordings[::order]) == []
 
 
 def test_a_cause_is_withheld_while_a_grave_finding_stands(tmp_path, sound):

@@ -20,7 +20,7 @@ HARDLY = 0.05  # of the measured torque: smaller terms tell nothing
 FEWEST_ROWS = 200
 MOST_SAMPLES = 60_000  # of a recording: a wrong unit shows in a minute as in an hour
 WORSE_FIT = 1.5  # of the residual, that an explanation may leave more
-OTHER_RESIDUAL, OTHER_SHARE, OTHER_TERM = 3.0, 0.25, 1.7  # between recordings of one machine none of these is exceeded
+OTHER_RESIDUAL, OTHER_SHARE = 3.0, 0.25  # times what each leaves by itself, and of the torque beside it: one machine, changed by an effect
 NEVER_NEGATIVE, RINGING, NEGATIVE_SHARE = 1e-3, 0.05, 0.15
 DEGREES, TURNS = np.pi / 180, 2 * np.pi
 
@@ -186,16 +186,28 @@ def _unsigned(name, rows, left):
 
 
 def _other_machine(name, names, every):
-    """Recordings that one set of parameters cannot serve, though each by itself is well served."""
-    fits = [(k, rows, *fitted(rows)) for k, rows in enumerate(every) if rows is not None]
-    for i, rows, found, left in fits:
-        for k, _, other, _ in fits[:i]:
-            target = rows.measured - rows.known
-            across = np.sqrt(np.mean((target - rows.x @ other) ** 2) / (np.mean(rows.measured**2) + 1e-300))
-            terms = np.sqrt(np.mean(rows.x**2, axis=0)) * np.abs(np.array([found, other]))
-            seen = terms.min(axis=0) > 2 * HARDLY * np.sqrt(np.mean(rows.measured**2))
-            off = np.abs(np.log(terms[0] / terms[1]))[seen].max(initial=0.0)
-            if across > OTHER_RESIDUAL * left + OTHER_SHARE and off > np.log(OTHER_TERM):
-                yield Finding("other_machine", True, "", f"{names[k]} and {names[i]} ask for {name} parameters that differ by a factor "
-                              f"of {np.exp(off):.1f}", "diagnose recordings of one machine, unchanged, at a time")  # fmt: skip
+    """Recordings that one set of parameters cannot serve, though each by itself is well served. Both are fitted together: what
+    slow ramps do not tell, an inertia above all, they do not speak against."""
+    fits = [(k, rows, fitted(rows)[1]) for k, rows in enumerate(every) if rows is not None]
+    for i, rows, left in fits:
+        for k, others, others_left in fits[:i]:
+            together = left_together([rows, others], [left, others_left])
+            excess = [t - OTHER_RESIDUAL * own for t, own in zip(together, (left, others_left))]
+            if max(excess) > OTHER_SHARE:
+                worst = int(np.argmax(excess))
+                yield Finding("other_machine", True, "", f"no one set of {name} parameters serves {names[k]} and {names[i]}: together they "
+                              f"leave {100 * together[worst]:.0f} % of the torque unexplained in {names[(i, k)[worst]]}, which by itself "
+                              f"leaves {100 * (left, others_left)[worst]:.0f} %", "diagnose recordings of one machine, unchanged, at a time")  # fmt: skip
                 return
+
+
+def left_together(recordings, left):
+    """What one set of parameters leaves of each recording's torque (RMS share). A row weighs by what its recording leaves by
+    itself and by how many rows there are, so that neither a long nor a noisy recording decides alone."""
+    weights = [1 / ((own + HARDLY) * np.sqrt(np.sum(rows.measured**2))) for rows, own in zip(recordings, left)]
+    x = np.vstack([w * rows.x for w, rows in zip(weights, recordings)])
+    size = np.sqrt(np.mean(x**2, axis=0)) + 1e-300
+    target = np.concatenate([w * (rows.measured - rows.known) for w, rows in zip(weights, recordings)])
+    found = np.linalg.lstsq(x / size, target, rcond=1e-10)[0] / size
+    return [float(np.sqrt(np.mean((rows.measured - rows.known - rows.x @ found) ** 2) / np.mean(rows.measured**2)))
+            for rows in recordings]  # fmt: skip
