@@ -5,7 +5,7 @@ from __future__ import annotations
 import gzip
 import os
 import stat
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from typing import IO
 
 from .refused import Refused
@@ -54,3 +54,25 @@ def fill(file: IO[bytes], path: str | os.PathLike[str], chunks: Iterable[bytes])
 def write_text(path: str | os.PathLike[str], text: str) -> None:
     """A text as a file, whole or not at all."""
     write(path, [text.encode()])
+
+
+def write_texts(texts: Mapping[str, str]) -> None:
+    """Several files, all or none: all are written beside their places first, then renamed."""
+    waiting: list[tuple[str, str]] = []
+    try:
+        for path, text in texts.items():
+            temporary = f"{path}.{os.getpid()}.tmp"
+            waiting.append((temporary, path))
+            with open(temporary, "x", encoding="utf-8") as file:
+                file.write(text)
+                file.flush()
+                os.fsync(file.fileno())
+        for temporary, path in waiting:
+            if os.path.isdir(path):
+                raise OSError(21, "Is a directory", path)
+            os.replace(temporary, path)
+    except OSError as error:
+        for temporary, _ in waiting:
+            if os.path.exists(temporary):
+                os.unlink(temporary)
+        raise Refused(1, f"{path}: cannot be written: {error.strerror}") from error

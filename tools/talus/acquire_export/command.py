@@ -1,6 +1,5 @@
 """talus-acquire-export: the command line, and the way from a record to a recording."""
 
-import getopt
 import json
 import math
 import os
@@ -10,7 +9,7 @@ from itertools import chain
 
 import numpy as np
 import talus
-from talus import constants, outputs
+from talus import command_line, outputs
 from talus.refused import Refused
 
 from . import events, record, report, streams, table, ticks
@@ -50,16 +49,11 @@ ROWS_AT_ONCE = 5_000  # that are turned into text
 
 class Options:
     def __init__(self, arguments):
-        try:
-            pairs, self.records = getopt.gnu_getopt(arguments, "d:m:o:qh", LONG)
-        except getopt.GetoptError as error:
-            raise Refused(2, f"{error.msg}; {NAME} --help says what there is") from error
-        self.given, self.mapping = {}, {}
+        pairs, self.records = command_line.parsed(NAME, arguments, LONG, SHORT)
+        self.given, self.mapping = {name.removeprefix("--"): value for name, value in pairs}, {}
         for name, value in pairs:
-            name = SHORT.get(name, name).removeprefix("--")
-            if name == "channel":
+            if name == "--channel":
                 self.add_channel(value)
-            self.given[name] = value
 
     def add_channel(self, text):
         column, equals, signal = text.partition("=")
@@ -308,27 +302,24 @@ def tell(options, findings, summary):
     say(f"{options.given['out']}: {summary['rows']} samples in {summary['duration_s']:.3f} s{left_out}")
 
 
-def main(arguments):
+def run(arguments):
+    """The program; raises Refused. Its status: 1 where frames were lost."""
+    options = Options(arguments)
+    if command_line.answered([f"--{name}" for name in options.given], NAME, USAGE):
+        return 0
+    options.check()
+    findings = Findings()
     try:
-        options = Options(arguments)
-        if "help" in options.given:
-            print(USAGE, end="")
-            return 0
-        if "version" in options.given:
-            version = (constants.TL_VERSION_MAJOR, constants.TL_VERSION_MINOR, constants.TL_VERSION_PATCH)
-            print(NAME, ".".join(map(str, version)))
-            return 0
-        options.check()
-        findings = Findings()
         with closing(Store(outputs.folder_beside(options.given["out"]))) as store:
             text, summary = export(options, findings, store)
             outputs.write(options.given["out"], text)
             write_report(options, findings, summary)
-        tell(options, findings, summary)
-        return 1 if findings.lost else 0
-    except Refused as refused:
-        say(refused.text)
-        return refused.status
     except talus.TalusError as error:
-        say(str(error))
-        return 1
+        raise Refused(1, str(error)) from error
+    tell(options, findings, summary)
+    return 1 if findings.lost else 0
+
+
+def main(arguments):
+    """Exit status of the program."""
+    return command_line.status(NAME, run, arguments)

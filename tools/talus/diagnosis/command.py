@@ -1,6 +1,5 @@
 """talus-gap: the command line."""
 
-import getopt
 import json
 import os
 import subprocess
@@ -11,7 +10,8 @@ from pathlib import Path
 import yaml
 
 import talus
-from talus import constants
+from talus import command_line, outputs
+from talus.refused import Refused
 
 from . import excerpt, experiment, fitted, gate, picture, report, words
 from .calibration import lowpass
@@ -39,16 +39,10 @@ says where the gap between a model and its recordings lies, which effect causes 
 
 The same seed, recordings and version give the same bytes in GAP.json and FITTED.yaml.
 """
+LONG = ["model=", "report=", "html=", "save-model=", "trajectory=", "lowpass=", "quick", "seed=", "quiet", "help", "version"]
+SHORT = {"-m": "--model", "-r": "--report", "-q": "--quiet", "-h": "--help"}
 TOO_LITTLE_MOTION = "too few samples in motion"  # talus-identify's words
 LARGEST_SEED = 2**64 - 1
-
-
-class Refused(Exception):
-    """Ends the program with a status and one line on standard error."""
-
-    def __init__(self, status, text):
-        super().__init__(text)
-        self.status, self.text = status, text
 
 
 class Options:
@@ -56,13 +50,8 @@ class Options:
 
     def __init__(self, arguments):
         self.seed, self.quiet = "1", False
-        long = ["model=", "report=", "html=", "save-model=", "trajectory=", "lowpass=", "quick", "seed=", "quiet", "help", "version"]
-        try:
-            pairs, self.recordings = getopt.gnu_getopt(arguments, "m:r:qh", long)
-        except getopt.GetoptError as error:
-            raise Refused(2, f"{error.msg}; {NAME} --help says what there is") from error
-        short = {"-m": "--model", "-r": "--report", "-q": "--quiet", "-h": "--help"}
-        self.flags = {short.get(name, name): value for name, value in pairs}
+        pairs, self.recordings = command_line.parsed(NAME, arguments, LONG, SHORT)
+        self.flags = dict(pairs)
 
     def check(self):
         """What must be there is there."""
@@ -159,29 +148,7 @@ def read(options):
     return model, names, recordings, findings
 
 
-# ---- outputs -----------------------------------------------------------------------
-
-
-def write_all(texts):
-    """Files appear whole or not at all: all are written beside their places first, then renamed."""
-    waiting = []
-    try:
-        for path, text in texts.items():
-            temporary = f"{path}.{os.getpid()}.tmp"
-            waiting.append((temporary, path))
-            with open(temporary, "x", encoding="utf-8") as file:
-                file.write(text)
-                file.flush()
-                os.fsync(file.fileno())
-        for temporary, path in waiting:
-            if os.path.isdir(path):
-                raise OSError(21, "Is a directory", path)
-            os.replace(temporary, path)
-    except OSError as error:
-        for temporary, _ in waiting:
-            if os.path.exists(temporary):
-                os.unlink(temporary)
-        raise Refused(1, f"{path}: cannot be written: {error.strerror}") from error
+# ---- the summary -------------------------------------------------------------------
 
 
 def summary(found):
@@ -237,11 +204,7 @@ def diagnose(options, step):
 def run(arguments):
     """The program; raises Refused."""
     options = Options(arguments)
-    if "--help" in options.flags:
-        print(USAGE, end="")
-        return
-    if "--version" in options.flags:
-        print(f"{NAME} {constants.TL_VERSION}")
+    if command_line.answered(options.flags, NAME, USAGE):
         return
     options.check()
     step = Progress(options.quiet)
@@ -259,7 +222,7 @@ def run(arguments):
             texts[options.flags["--html"]] = picture.page(found, options)
     finally:
         step.end()
-    write_all(texts)
+    outputs.write_texts(texts)
     for note in notes:
         say(f"{NAME}: note: {note}")
     if not options.quiet:
@@ -269,11 +232,4 @@ def run(arguments):
 
 def main(arguments):
     """Exit status of the program."""
-    try:
-        run(arguments)
-    except Refused as refused:
-        say(f"{NAME}: {refused.text}")
-        return refused.status
-    except KeyboardInterrupt:
-        return 130
-    return 0
+    return command_line.status(NAME, run, arguments)

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import getopt
 import json
 import os
 import sys
 from pathlib import Path
 
 import talus
-from talus import BUILD, InputError, Model, Recording, constants, outputs
+from talus import BUILD, InputError, Model, Recording, command_line, outputs
 from talus.refused import Refused
 
 from . import bam, isaac, limits, mcap, mjcf, sdf, target, urdf
@@ -46,11 +45,8 @@ class Options:
     """The command line, parsed."""
 
     def __init__(self, arguments: list[str]) -> None:
-        try:
-            pairs, self.inputs = getopt.gnu_getopt(arguments, "t:o:qh", LONG)
-        except getopt.GetoptError as error:
-            raise Refused(2, f"{error.msg}; {NAME} --help says what there is") from error
-        self.flags = {SHORT.get(name, name): value for name, value in pairs}
+        pairs, self.inputs = command_line.parsed(NAME, arguments, LONG, SHORT)
+        self.flags = dict(pairs)
         self.to, self.out = self.flags.get("--to", ""), self.flags.get("--out", "")
         self.report = self.flags.get("--report") or f"{self.out}.loss.json"
 
@@ -117,11 +113,7 @@ def _figure(x: float | None) -> str:
 def run(arguments: list[str]) -> None:
     """The program; raises Refused."""
     options = Options(arguments)
-    if "--help" in options.flags:
-        print(USAGE, end="")
-        return
-    if "--version" in options.flags:
-        print(f"{NAME} {constants.TL_VERSION}")
+    if command_line.answered(options.flags, NAME, USAGE):
         return
     options.check()
     try:
@@ -147,10 +139,10 @@ def run(arguments: list[str]) -> None:
 def asks_for_c(arguments: list[str]) -> bool:
     """Is it --to c? That is a program in C."""
     try:
-        pairs, _ = getopt.gnu_getopt(arguments, "t:o:qh", LONG)
-    except getopt.GetoptError:
+        pairs, _ = command_line.parsed(NAME, arguments, LONG, SHORT)
+    except Refused:
         return any(x in ("--to=c", "-tc") for x in arguments) or any(a in ("--to", "-t") and b == "c" for a, b in zip(arguments, arguments[1:], strict=False))
-    return any(name in ("--to", "-t") and value == "c" for name, value in pairs)
+    return ("--to", "c") in pairs
 
 
 def main(arguments: list[str]) -> int:
@@ -158,11 +150,4 @@ def main(arguments: list[str]) -> int:
     if asks_for_c(arguments):
         program = Path(BUILD) / "bin" / NAME
         os.execv(program, [str(program), *arguments])
-    try:
-        run(arguments)
-    except Refused as refused:
-        print(f"{NAME}: {' '.join(refused.text.split())}", file=sys.stderr)
-        return refused.status
-    except KeyboardInterrupt:
-        return 130
-    return 0
+    return command_line.status(NAME, run, arguments)

@@ -1,12 +1,11 @@
 """talus-import: the command line."""
 
-import getopt
 import os
 import sys
 from pathlib import Path
 
 import talus
-from talus import constants, outputs
+from talus import command_line, outputs
 from talus.refused import Refused
 
 from . import assemble, formats, mapping, suggest
@@ -39,12 +38,9 @@ class Options:
     """The command line, parsed."""
 
     def __init__(self, arguments):
-        try:
-            pairs, self.inputs = getopt.gnu_getopt(arguments, "o:m:sp:qh", LONG)
-        except getopt.GetoptError as error:
-            raise Refused(2, f"{error.msg}; {NAME} --help says what there is") from error
-        self.maps = [value for name, value in pairs if SHORT.get(name, name) == "--map"]
-        self.flags = {SHORT.get(name, name): value for name, value in pairs}
+        pairs, self.inputs = command_line.parsed(NAME, arguments, LONG, SHORT)
+        self.maps = [value for name, value in pairs if name == "--map"]
+        self.flags = dict(pairs)
         self.out, self.plant = self.flags.get("--out"), self.flags.get("--plant")
         self.suggest = "--suggest" in self.flags
 
@@ -97,11 +93,7 @@ def drafted(options, tables):
 def run(arguments):
     """The program; raises Refused."""
     options = Options(arguments)
-    if "--help" in options.flags:
-        print(USAGE, end="")
-        return
-    if "--version" in options.flags:
-        print(f"{NAME} {constants.TL_VERSION}")
+    if command_line.answered(options.flags, NAME, USAGE):
         return
     options.check()
     tables = [formats.read(path) for path in options.inputs]
@@ -134,11 +126,4 @@ def tell(options, doubts, tables, notes):
 
 def main(arguments):
     """Exit status of the program."""
-    try:
-        run(arguments)
-    except Refused as refused:
-        say(" ".join(refused.text.split()))
-        return refused.status
-    except KeyboardInterrupt:
-        return 130
-    return 0
+    return command_line.status(NAME, run, arguments)
