@@ -139,57 +139,60 @@ class Dataset:
             white = self._pooled([(noise.above_motion(self.raw(c.record, kind)), len(c.rows)) for c in mine])
             repeats = [(s, len(c.rows)) for c in mine if (s := self._repeat_sigma(c)) is not None]
             self.sigma[kind] = self._pooled(repeats or [(self._unrepeated_sigma(c, residual), len(c.rows)) for c in mine])
-            # what differs between periods more than from sample to sample, at one frequency or now and then, is no noise of the
-            # sensor; over a band of frequencies it is noise with a colour
-            plain = not repeats or max(self._concentration(c) for c in mine) < CONCENTRATED
-            ratio = 1.0 if plain else self.sigma[kind] / max(white, 1e-12)
-            self.irregular[kind] = max(ratio**2 - LARGEST_RATIO**2, 0.0)
             self.sigma[kind] = max(self.sigma[kind], 1e-12)
+            self.irregular[kind] = self._irregular(mine, self.sigma[kind] / max(white, 1e-12)) if repeats else 0.0
         if "E" in self.sigma:  # quantisation repeats with the motion, so repeats do not show all of it
             columns = self.processed_recordings[0].columns
             ratio = np.median(np.abs(self.transmissions[1].ratio(self.ankle_rad[0])))
             steps = noise.detection_threshold(columns["ankle_joint_rad"]), noise.detection_threshold(columns["ankle_motor_rad"]) / ratio
             self.sigma["E"] = max(self.sigma["E"], np.hypot(*steps) / np.sqrt(12))
 
+    def _irregular(self, channels, ratio):
+        """Power over the sensor's of what differs between periods more than from sample to sample, at one frequency or now and
+        then. Over a band of frequencies it is noise with a colour, and one joint alone is a machine's, whose noise may have a
+        tone."""
+        concentrated = self.joints > 1 and max(self._concentration(c) for c in channels) > CONCENTRATED
+        return max(ratio**2 - LARGEST_RATIO**2, 0.0) if concentrated else 0.0
+
+    @staticmethod
+    def mask(channel):
+        mask = np.zeros(len(channel.values), bool)
+        mask[channel.rows] = True
+        return mask
+
+    def near_pairs(self, channel):
+        """Rows of the grid at which nearly the same state comes back, or None."""
+        if len(channel.rows) < noise.FEWEST_REPEATED_ROWS:
+            return None
+        processed = self.processed_recordings[channel.record]
+        rows = channel.rows[::max(1, len(channel.rows) // MOST_STATES)]
+        pairs = noise.near_pairs(processed.states(rows), processed.grid_t_s[rows])
+        return None if pairs is None else (rows[pairs[0]], rows[pairs[1]])
+
     @staticmethod
     def _pooled(found):
         """Root mean square of deviations, each of a number of rows."""
         return float(np.sqrt(sum(s * s * n for s, n in found) / max(sum(n for _, n in found), 1)))
 
-    def irregular_excess(self, only=None):
-        """Chi-square of what the torques show beyond white noise, and does not come back with the motion. One joint alone
-        is a machine's, whose noise may have a colour."""
-        if self.joints == 1:
-            return 0.0
-        return sum(x * self.freedom(kind) for kind, x in self.irregular.items() if kind[0] == "T" and only in (None, kind))
-
     def _concentration(self, channel):
         processed, period_s = self.processed_recordings[channel.record], self.periods_s[channel.record]
-        return 0.0 if period_s is None else noise.concentration(processed, channel.values, self._mask(channel), period_s)
-
-    @staticmethod
-    def _mask(channel):
-        mask = np.zeros(len(channel.values), bool)
-        mask[channel.rows] = True
-        return mask
+        return 0.0 if period_s is None else noise.concentration(processed, channel.values, self.mask(channel), period_s)
 
     def _repeat_sigma(self, channel):
         processed, period_s = self.processed_recordings[channel.record], self.periods_s[channel.record]
         if period_s is None:
             return None
-        found = noise.repeat_deviation(processed, channel.values, self._mask(channel), period_s)
+        found = noise.repeat_deviation(processed, channel.values, self.mask(channel), period_s)
         return None if found is None else found / np.sqrt(self.bandwidth[channel.record])
 
     def _unrepeated_sigma(self, channel, residual):
         """Where nothing repeats: what lies above the motion is white noise, what differs between nearly the same states
         also holds coloured noise."""
         white = noise.above_motion(self.raw(channel.record, channel.kind))
-        if residual is None or channel.kind[0] != "T" or len(channel.rows) < noise.FEWEST_REPEATED_ROWS:
+        pairs = self.near_pairs(channel) if residual is not None and channel.kind[0] == "T" else None
+        if pairs is None:
             return white
-        processed = self.processed_recordings[channel.record]
-        rows = channel.rows[::max(1, len(channel.rows) // MOST_STATES)]
-        coloured = noise.near_repeat_deviation(processed.states(rows), residual(channel)[rows], processed.grid_t_s[rows])
-        return white if coloured is None else max(white, coloured / np.sqrt(self.bandwidth[channel.record]))
+        return max(white, noise.near_repeat_deviation(residual(channel), pairs) / np.sqrt(self.bandwidth[channel.record]))
 
     def _find_blocks(self):
         """Block of every grid instant: whole periods, or about the wanted length."""

@@ -17,6 +17,9 @@ NEAR_REPEAT_AFTER_S = 1.0  # what comes back sooner is the same motion, not anot
 NEIGHBOURS = 60
 NEAREST_SHARE = 0.25
 FEWEST_PAIRS = 30
+LASTING_S = 1.0  # what is still there after it is no noise of a sensor
+FEWEST_INSTANTS = 6
+SIGNIFICANT = 3.0  # standard errors: by chance in one of 700 recordings
 LINES = 3  # of a spectrum on either side of its strongest one, that belong to it
 
 
@@ -115,12 +118,9 @@ def concentration(processed, values, mask, period_s):
     return float(power[max(0, peak - LINES):peak + LINES + 1].sum() / max(power.sum(), 1e-300))
 
 
-def near_repeat_deviation(states, residual, t_s):
-    """Standard deviation of what differs where nearly the same state comes back, or None: the pure error of a lack-of-fit
-    test, for motions that do not repeat. `states` (n, k), the residual of a model that knows most of them, and times.
-
-    The nearest pairs only, each a second or more apart; their median, so that the few that differ in something else
-    do not count."""
+def near_pairs(states, t_s):
+    """(i, k): instants at which nearly the same state comes back a second or more later, the nearest such pairs; None where there
+    are few. `states` is (n, m)."""
     from scipy.spatial import cKDTree  # slow to load, and only motions that do not repeat need it
 
     unit = (states - states.mean(0)) / (states.std(0) + 1e-12)
@@ -132,8 +132,37 @@ def near_repeat_deviation(states, residual, t_s):
         return None
     near = distance[row, first[row]]
     row = row[near <= np.quantile(near, NEAREST_SHARE)]
-    half = (residual[row] - residual[index[row, first[row]]]) ** 2 / 2
+    return row, index[row, first[row]]
+
+
+def near_repeat_deviation(residual, pairs):
+    """Standard deviation of what differs where nearly the same state comes back: the pure error of a lack-of-fit test, for
+    motions that do not repeat. `residual` is that of a model that knows most of the torque; the median, so that the few pairs
+    that differ in something else do not count."""
+    half = (residual[pairs[0]] - residual[pairs[1]]) ** 2 / 2
     return float(np.sqrt(np.median(half) / median_of_chi2(1.0)))
+
+
+def differences(residual, mask, pairs, lag):
+    """What differs at pairs of instants (grid rows) with the same state, and `lag` rows later at both; (n, 2)."""
+    i, k = (np.asarray(p) for p in pairs)
+    inside = np.flatnonzero(np.maximum(i, k) + lag < len(residual))
+    i, k = i[inside], k[inside]
+    known = mask[i] & mask[k] & mask[i + lag] & mask[k + lag]
+    i, k = i[known], k[known]
+    return np.column_stack([residual[i] - residual[k], residual[i + lag] - residual[k + lag]]), len(np.unique(i // lag))
+
+
+def lasting_share(found):
+    """Share of the variance of what differs between the same states that is still there a second later, of all recordings'
+    `differences`: a sensor's noise is gone by then, a torque that wanders is not. 0 unless the correlation is significant, by
+    Fisher's transformation with as many independent instants as there are seconds."""
+    both, instants = np.concatenate([pairs for pairs, _ in found]), sum(n for _, n in found)
+    if instants < FEWEST_INSTANTS:
+        return 0.0
+    power = np.mean(both**2, axis=0)
+    correlation = min(np.mean(both[:, 0] * both[:, 1]) / np.sqrt(power[0] * power[1] + 1e-300), 1 - 1e-3)
+    return float(correlation) if np.arctanh(correlation) * np.sqrt(instants - 3) > SIGNIFICANT else 0.0
 
 
 def detection_threshold(values):

@@ -5,6 +5,7 @@ import gc
 
 import numpy as np
 
+from . import irregular
 from .calibration.gains import Replicator
 from .catalogue import sparse
 from .catalogue.candidate import joined
@@ -78,6 +79,7 @@ class Search:
         self.tolerated = sum(self.tolerated_of.values())
         self.floor_of, self.floor = dict(self.tolerated_of), self.tolerated  # what may be left where nothing is hidden
         self.replicator = self.calibration = None
+        self._irregular = {}
         self.further = {}  # (effect, joint) of each further effect: probability that it is nothing
 
     def calibrate(self, replicator):
@@ -86,6 +88,13 @@ class Search:
         for kind, excess in (self.calibration.excess if self.calibration else {}).items():
             self.floor_of[kind] = max(self.floor_of[kind], excess)
         self.floor = sum(self.floor_of.values())
+
+    def irregular_excess(self, fit, only=None):
+        """Chi-square of what does not come back with the motion, beside what a fit leaves."""
+        key = tuple((c.key, c.shape) for c in fit.chosen), only
+        if key not in self._irregular:
+            self._irregular[key] = irregular.excess(self.dataset, Residuals(self, fit.chosen), only)
+        return self._irregular[key]
 
     def nothing(self, before, after):
         """Probability that what a step from one fit to another gains is nothing; 0 where there are no replicates."""

@@ -79,7 +79,7 @@ def nothing_there(search, fit):
     """Probability that the chosen effects are none: by replicates, else by what reconstruction usually leaves."""
     if search.calibration:
         return search.nothing(search.plain, search.fit(fit.chosen[:1]))
-    return too_little(search, fit) if search.plain.excess + search.dataset.irregular_excess() < search.tolerated else 0.0
+    return too_little(search, fit) if search.plain.excess + search.irregular_excess(search.plain) < search.tolerated else 0.0
 
 
 def too_little(search, fit):
@@ -118,14 +118,14 @@ def still_open(search, fit, most):
     """Share of the systematic excess that is left: of all channels, or of those at the joint of the first
     effect, where it closes much of the whole. What nothing explains at another joint does not make it less sure."""
     dataset = search.dataset
-    left = max(fit.excess + dataset.irregular_excess() - search.floor, 0)
-    whole = search.plain.excess + dataset.irregular_excess() - search.floor
+    left = max(fit.excess + search.irregular_excess(fit) - search.floor, 0)
+    whole = search.plain.excess + search.irregular_excess(search.plain) - search.floor
     share = left / max(whole, 1.0) if whole > 0 else 0.0
     own = dataset.kinds_at(fit.chosen[0].joint)
     if own == dataset.kinds or share < most:
         return share
     old, new = (search.gram.held_out_blocks(search.columns(chosen)) for chosen in ([], fit.chosen))
-    known = sum(dataset.freedom(k) + search.floor_of[k] - dataset.irregular_excess(k) for k in own)
+    known = sum(dataset.freedom(k) + search.floor_of[k] - search.irregular_excess(fit, k) for k in own)
     before, after = (max(sum(x[k].sum() for k in own) - known, 0.0) for x in (old, new))
     if before - after < LEAST_PART_OF_ALL * whole or after / before > share:
         return share
@@ -211,7 +211,7 @@ def judge(search, fit, half=None, inertia_known=True):
 
 def first_judgement(search, fit):
     """The same at the low-pass of the search."""
-    before = search.plain.excess + search.dataset.irregular_excess()
+    before = search.plain.excess + search.irregular_excess(search.plain)
     gap_remains = remaining(search, before)
     if not fit.chosen:
         return Verdict(no_effect(1.0, gap_remains), fit, 1.0 if gap_remains > 0.5 else 0.0)

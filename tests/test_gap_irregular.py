@@ -1,0 +1,52 @@
+"""tools/talus/diagnosis/irregular.py: what does not come back with the motion and is no noise of a sensor."""
+
+import json
+
+import numpy as np
+import pytest
+import talus
+from scipy.signal import lfilter
+from support import REPOSITORY, run
+from talus.diagnosis import noise
+
+PENDULUM = REPOSITORY / "models/pendulum.yaml"
+RATE_HZ, PERIOD = 100, 700  # rows
+
+
+def correlated(memory_s, seconds, seed):
+    """Noise whose correlation falls by e within `memory_s`."""
+    keep = np.exp(-1 / (RATE_HZ * memory_s))
+    white = np.random.default_rng(seed).standard_normal(seconds * RATE_HZ)
+    return lfilter([np.sqrt(1 - keep**2)], [1, -keep], white)
+
+
+def share(series):
+    rows = np.arange(len(series) - PERIOD)
+    return noise.lasting_share([noise.differences(series, np.ones(len(series), bool), (rows, rows + PERIOD), RATE_HZ)])
+
+
+@pytest.mark.parametrize("memory_s", [0.02, 0.05, 0.2])
+def test_noise_of_any_colour_that_a_sensor_has_does_not_last(memory_s):
+    assert [share(correlated(memory_s, 60, seed)) for seed in range(40)].count(0.0) >= 39
+
+
+@pytest.mark.parametrize("memory_s", [3.0, 6.0])
+def test_what_lasts_is_the_correlation_a_second_later(memory_s):
+    """Of differences over a period: 2 c(1 s) - c(1 s + period) - c(period - 1 s), over 2 - 2 c(period)."""
+    c = [np.exp(-abs(t) / memory_s) for t in (1, PERIOD / RATE_HZ + 1, PERIOD / RATE_HZ - 1, PERIOD / RATE_HZ)]
+    expected = (2 * c[0] - c[1] - c[2]) / (2 - 2 * c[3])
+    found = [share(correlated(memory_s, 400, seed)) for seed in range(20)]
+    assert np.mean(found) == pytest.approx(expected, abs=3 * np.std(found) / np.sqrt(len(found)) + 0.02)
+
+
+@pytest.mark.parametrize(("memory_s", "verdict"), [(0.05, "none"), (2.0, "unknown")])
+def test_a_torque_that_wanders_is_unknown_and_coloured_noise_is_none(tmp_path, memory_s, verdict):
+    paths = []
+    for seed in (1, 2):
+        run("talus-sim", "--model", PENDULUM, "--out", tmp_path / "sound.csv", "--duration", 40, "--rate", RATE_HZ, "--seed", seed)
+        columns = dict(talus.Recording.read(tmp_path / "sound.csv").columns)
+        columns["joint_current_A"] = columns["joint_current_A"] + 0.1 * correlated(memory_s, 41, seed)[:len(columns["time_s"])]
+        paths.append(tmp_path / f"{seed}.csv")
+        np.savetxt(paths[-1], np.column_stack(list(columns.values())), "%.12g", ",", header=",".join(columns), comments="")
+    run("talus-gap", "--quiet", "--model", PENDULUM, "--report", tmp_path / "gap.json", *paths)
+    assert json.loads((tmp_path / "gap.json").read_text())["verdict"]["effect"] == verdict
