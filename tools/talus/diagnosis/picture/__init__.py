@@ -100,7 +100,7 @@ def _gap_table(out, gaps, shown, poor):
     for joint, gap in gaps.items():
         closed = [] if poor else [*_closed(gap), *_of_measured(gap)]
         rows.append([joint, *(scale.number(gap[key]) for key in keys), *closed])
-    columns = ["joint", *(GAP[k] for k in shown), "near standstill", "closed", "95 % interval", "of the measured"]
+    columns = ["joint", *(GAP[k] for k in shown), "near standstill", "closed", "in another motion (95 %)", "of the measured"]
     out.table(f"RMS of measured − predicted [{scale.unit}]", columns[:max(map(len, rows))], rows)
 
 
