@@ -194,6 +194,8 @@ def diagnose(options, step):
     seed = int(options.seed)
     looks = lowpass.Looks(given, recordings, names, tree, processed)
     through, dataset = looks.first(options.lowpass_hz, seed)
+    if through.nothing_left:
+        return report.withheld(identification, [lowpass.too_coarse(model), *findings]), tree, model
     finished, fit = search(dataset, list(model.base.values()), step, seed, replicated=not options.quick)
     step("half the low-pass")
     verdict = judge(finished, fit, None if options.quick else looks.half_of(through), not through.cannot_be_fixed)

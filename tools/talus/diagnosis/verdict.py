@@ -44,14 +44,14 @@ class Verdict:
         self.stable = None  # does it survive half the low-pass? None where nothing is named, or that was not tried
 
     def doubted(self):
-        """The same where the named effect may be what the sensors did: no more likely than not, and still the first."""
+        """The same where the named effect may be what the sensors did: no more likely than not. What it loses goes to `none` and
+        `unknown` alike, for nothing tells which of them it is."""
         first, effect, joint = self.probabilities[0]
-        rival = max((p for p, e, _ in self.probabilities[1:] if e != "unknown"), default=0.0)
-        over = max(first - max(UNSTABLE_AT_MOST, rival), 0.0)
-        rest = [(p + (over if e == "unknown" else 0.0), e, j) for p, e, j in self.probabilities[1:]]
-        if over and not any(e == "unknown" for _, e, _ in rest):
-            rest.append((over, "unknown", "none"))
-        self.probabilities = sorted([(first - over, effect, joint), *rest], key=lambda p: -p[0])
+        over = max(first - UNSTABLE_AT_MOST, 0.0)
+        rest = {(e, j): p for p, e, j in self.probabilities[1:]}
+        for no_cause in ("none", "unknown"):
+            rest[no_cause, "none"] = rest.get((no_cause, "none"), 0.0) + 0.5 * over
+        self.probabilities = sorted([(first - over, effect, joint), *((p, e, j) for (e, j), p in rest.items())], key=lambda p: -p[0])
         return self
 
     @property
@@ -206,7 +206,11 @@ def judge(search, fit, half=None, inertia_known=True):
         return verdict
     if half:
         verdict.stable = survives(search, verdict.fit, verdict.rivals, half())
-    return verdict if inertia_known and verdict.stable is not False else verdict.doubted()
+    if not inertia_known or verdict.stable is False:
+        verdict.doubted()
+    if verdict.effect in ("none", "unknown"):
+        verdict.fit = search.plain
+    return verdict
 
 
 def first_judgement(search, fit):

@@ -13,15 +13,17 @@ import numpy as np
 from talus import ffi
 
 from ..dataset import Dataset
+from ..gate.finding import Finding
 from ..motion import inertia_over
 from ..processed_recording import ProcessedRecording
-from .replicates import Source
+from .replicates import Source, replicable
 from ..search import plain_base
 from ..torque_terms import model_at
 
 STEP = 1.5  # from one frequency to the next slower one
 SLOWEST_HZ = 5.0
 LEAVES_ALONE = 0.02  # of the inertia
+ALL_OF_IT = -1.0
 GIVES_UP = 0.1  # of the inertia: then these recordings cannot fix it
 
 
@@ -37,6 +39,18 @@ class Lowpass:
     def cannot_be_fixed(self):
         """Do the sensors leave too little of the inertia?"""
         return self.bias is not None and abs(self.bias) > GIVES_UP
+
+    @property
+    def nothing_left(self):
+        """Do they leave nothing of it at any frequency?"""
+        return self.bias == ALL_OF_IT
+
+
+def too_coarse(model):
+    """The finding where nothing is left."""
+    inertia = "inertia" if model.torque_unit == "Nm" else "mass"
+    return Finding("coarse", True, "", f"steps and noise of the angles are so large that nothing is left of the identified {inertia}, at any "
+                   "low-pass", "a finer encoder, or faster motion over a larger range")  # fmt: skip
 
 
 def processed_at(model, recordings, names, hz):
@@ -56,18 +70,21 @@ def dataset_of(model, processed, tree):
 
 
 def inertia_bias(dataset, seed):
-    """By what share the inertia comes out wrong, of its largest error over all directions; None where that cannot be told."""
+    """By what share the inertia comes out wrong, of its largest error over all directions: -1 where none is left of it, None
+    where that cannot be told."""
+    if not replicable(dataset):
+        return None
     base = plain_base(dataset)
     source = Source.of(dataset, base)
     replicate = source and source.replicate(seed, 0)
     if not replicate:
-        return None
+        return ALL_OF_IT
     poses = np.median(dataset.processed_recordings[0].q, axis=1)[None]
     true, found = (inertia_over(model_at(dataset, x), poses)[0] for x in (base, plain_base(replicate)))
     try:
         root = np.linalg.inv(np.linalg.cholesky(true))
     except np.linalg.LinAlgError:
-        return None
+        return ALL_OF_IT
     off = np.linalg.eigvalsh(root @ found @ root.T) - 1.0
     return float(off[np.argmax(np.abs(off))])
 

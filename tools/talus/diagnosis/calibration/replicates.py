@@ -154,6 +154,12 @@ def effort_column(dataset, columns, joint):
     return "joint_current_A", dataset.drive_gain()
 
 
+def replicable(dataset):
+    """Does the model know the motion? Beside a sensor at the output it is not the drive's, and a speed alone does not say where
+    the joint is."""
+    return not (dataset.load_sensor or dataset.velocity_only)
+
+
 class Source:
     """What replicates of a dataset are made of: the model's own motion on each recording, and its sensors."""
 
@@ -163,10 +169,9 @@ class Source:
 
     @classmethod
     def of(cls, dataset, base, chosen=(), every=()):
-        """At these base parameters, with effects of these strengths; None where that cannot be simulated: beside a sensor at
-        the output the motion is not the drive's, a speed alone does not say where the joint is, and not every effect acts in
-        forward time."""
-        if dataset.load_sensor or dataset.velocity_only:
+        """At these base parameters, with effects of these strengths; None where that cannot be simulated: it is not
+        `replicable`, the model runs away, or an effect does not act in forward time."""
+        if not replicable(dataset):
             return None
         effects = [effect_of(dataset, part, own) for c, all_own in zip(chosen, every) for part, own in c.pieces(all_own)]
         motions = []
