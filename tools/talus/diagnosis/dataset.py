@@ -138,14 +138,17 @@ class Dataset:
             mine = [c for c in self.channels if c.kind == kind]
             white = self._pooled([(noise.above_motion(self.raw(c.record, kind)), len(c.rows)) for c in mine])
             repeats = [(s, len(c.rows)) for c in mine if (s := self._repeat_sigma(c)) is not None]
-            self.sigma[kind] = self._pooled(repeats or [(self._unrepeated_sigma(c, residual), len(c.rows)) for c in mine])
-            self.sigma[kind] = max(self.sigma[kind], 1e-12)
+            self.sigma[kind] = max(self._pooled(repeats) if repeats else self._unrepeated_sigma(mine, residual, white), 1e-12)
             self.irregular[kind] = self._irregular(mine, self.sigma[kind] / max(white, 1e-12)) if repeats else 0.0
         if "E" in self.sigma:  # quantisation repeats with the motion, so repeats do not show all of it
-            columns = self.processed_recordings[0].columns
-            ratio = np.median(np.abs(self.transmissions[1].ratio(self.ankle_rad[0])))
-            steps = noise.detection_threshold(columns["ankle_joint_rad"]), noise.detection_threshold(columns["ankle_motor_rad"]) / ratio
-            self.sigma["E"] = max(self.sigma["E"], np.hypot(*steps) / np.sqrt(12))
+            self.sigma["E"] = max(self.sigma["E"], *(self._step(record) for record in range(len(self.processed_recordings))))
+
+    def _step(self, record):
+        """What the steps of both sensors of the ankle do to their difference (RMS)."""
+        columns = self.processed_recordings[record].columns
+        ratio = np.median(np.abs(self.transmissions[1].ratio(self.ankle_rad[record])))
+        steps = noise.detection_threshold(columns["ankle_joint_rad"]), noise.detection_threshold(columns["ankle_motor_rad"]) / ratio
+        return np.hypot(*steps) / np.sqrt(12)
 
     def _irregular(self, channels, ratio):
         """Power over the sensor's of what differs between periods more than from sample to sample, at one frequency or now and
@@ -185,14 +188,17 @@ class Dataset:
         found = noise.repeat_deviation(processed, channel.values, self.mask(channel), period_s)
         return None if found is None else found / np.sqrt(self.bandwidth[channel.record])
 
-    def _unrepeated_sigma(self, channel, residual):
-        """Where nothing repeats: what lies above the motion is white noise, what differs between nearly the same states
-        also holds coloured noise."""
-        white = noise.above_motion(self.raw(channel.record, channel.kind))
-        pairs = self.near_pairs(channel) if residual is not None and channel.kind[0] == "T" else None
-        if pairs is None:
+    def _unrepeated_sigma(self, channels, residual, white):
+        """Where nothing repeats: what lies above the motion is white noise, what differs between nearly the same states also holds
+        coloured noise. The pairs of all recordings are taken together, for all have the same sensor: where one recording's states
+        are sparse, another tells."""
+        if residual is None or channels[0].kind[0] != "T":
             return white
-        return max(white, noise.near_repeat_deviation(residual(channel), pairs) / np.sqrt(self.bandwidth[channel.record]))
+        both = [(c, pairs) for c in channels if (pairs := self.near_pairs(c)) is not None]
+        if not both:
+            return white
+        change = [(residual(c)[i] - residual(c)[k]) / np.sqrt(self.bandwidth[c.record]) for c, (i, k) in both]
+        return max(white, noise.pair_deviation(np.concatenate(change)))
 
     def _find_blocks(self):
         """Block of every grid instant: whole periods, or about the wanted length."""

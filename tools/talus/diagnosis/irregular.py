@@ -5,11 +5,11 @@ import numpy as np
 from . import noise
 
 
-def excess(dataset, residuals, only=None):
-    """Chi-square of it, beside what a fit leaves (`residuals`), of every joint or of one kind of channel: what stands at one
-    frequency or comes now and then (`dataset.irregular`), and what is still there a second later."""
-    kinds = [kind for kind in dataset.kinds if kind[0] == "T" and only in (None, kind)]
-    return sum(max(dataset.irregular[kind], _lasting(dataset, residuals, kind)) * dataset.freedom(kind) for kind in kinds)
+def excess(dataset, residuals):
+    """{kind: chi-square of it} of the torques, beside what a fit leaves (`residuals`): what stands at one frequency or comes now and
+    then (`dataset.irregular`), and what is still there a second later."""
+    return {kind: max(dataset.irregular[kind], _lasting(dataset, residuals, kind)) * dataset.freedom(kind)
+            for kind in dataset.kinds if kind[0] == "T"}  # fmt: skip
 
 
 def _lasting(dataset, residuals, kind):

@@ -135,12 +135,11 @@ def near_pairs(states, t_s):
     return row, index[row, first[row]]
 
 
-def near_repeat_deviation(residual, pairs):
-    """Standard deviation of what differs where nearly the same state comes back: the pure error of a lack-of-fit test, for
-    motions that do not repeat. `residual` is that of a model that knows most of the torque; the median, so that the few pairs
-    that differ in something else do not count."""
-    half = (residual[pairs[0]] - residual[pairs[1]]) ** 2 / 2
-    return float(np.sqrt(np.median(half) / median_of_chi2(1.0)))
+def pair_deviation(change):
+    """Standard deviation of noise by what differs where nearly the same state comes back: the pure error of a lack-of-fit test,
+    for motions that do not repeat. `change` is that of the residual of a model that knows most of the torque; the median, so
+    that the few pairs that differ in something else do not count."""
+    return float(np.sqrt(np.median(change**2) / 2 / median_of_chi2(1.0)))
 
 
 def differences(residual, mask, pairs, lag):

@@ -77,7 +77,7 @@ class Search:
         self.plain = self.fit([])
         self.tolerated_of = {kind: self._tolerated(kind) for kind in dataset.kinds}
         self.tolerated = sum(self.tolerated_of.values())
-        self.floor_of, self.floor = dict(self.tolerated_of), self.tolerated  # what may be left where nothing is hidden
+        self.floor_of = dict(self.tolerated_of)  # what may be left where nothing is hidden
         self.replicator = self.calibration = None
         self._irregular = {}
         self.further = {}  # (effect, joint) of each further effect: probability that it is nothing
@@ -87,14 +87,29 @@ class Search:
         self.replicator, self.calibration = replicator, replicator.beside(self, self.plain)
         for kind, excess in (self.calibration.excess if self.calibration else {}).items():
             self.floor_of[kind] = max(self.floor_of[kind], excess)
-        self.floor = sum(self.floor_of.values())
 
-    def irregular_excess(self, fit, only=None):
-        """Chi-square of what does not come back with the motion, beside what a fit leaves."""
-        key = tuple((c.key, c.shape) for c in fit.chosen), only
+    def held_out_excess(self, chosen):
+        """{kind: chi-square over its freedom that candidates leave on held-out blocks}."""
+        blocks = self.gram.held_out_blocks(self.columns(chosen))
+        return {kind: values.sum() - self.dataset.freedom(kind) for kind, values in blocks.items()}
+
+    def excess_by_kind(self, fit):
+        """The same of a fit, with what does not come back with the motion."""
+        key = tuple((c.key, c.shape) for c in fit.chosen)
         if key not in self._irregular:
-            self._irregular[key] = irregular.excess(self.dataset, Residuals(self, fit.chosen), only)
-        return self._irregular[key]
+            self._irregular[key] = irregular.excess(self.dataset, Residuals(self, fit.chosen))
+        return {kind: x + self._irregular[key].get(kind, 0.0) for kind, x in self.held_out_excess(fit.chosen).items()}
+
+    def above_floor(self, fit, kinds=None):
+        """Chi-square that a fit leaves above what reconstruction leaves, of all kinds of channel or some together."""
+        found = self.excess_by_kind(fit)
+        return max(sum(found[kind] - self.floor_of[kind] for kind in kinds or found), 0.0)
+
+    def gap_over_floor(self):
+        """What the plain model leaves, over what reconstruction leaves. A kind of channel that is below its floor does not hide
+        what another shows."""
+        found = self.excess_by_kind(self.plain)
+        return sum(max(found[kind], floor) for kind, floor in self.floor_of.items()) / sum(self.floor_of.values())
 
     def nothing(self, before, after):
         """Probability that what a step from one fit to another gains is nothing; 0 where there are no replicates."""

@@ -79,7 +79,7 @@ def nothing_there(search, fit):
     """Probability that the chosen effects are none: by replicates, else by what reconstruction usually leaves."""
     if search.calibration:
         return search.nothing(search.plain, search.fit(fit.chosen[:1]))
-    return too_little(search, fit) if search.plain.excess + search.irregular_excess(search.plain) < search.tolerated else 0.0
+    return too_little(search, fit) if sum(search.excess_by_kind(search.plain).values()) < search.tolerated else 0.0
 
 
 def too_little(search, fit):
@@ -88,9 +88,9 @@ def too_little(search, fit):
     return logistic((STEPS_WITHIN_TOLERANCE - gain) / STEPS_WIDTH)
 
 
-def remaining(search, before):
+def remaining(search):
     """Probability that there is a gap, where no effect is found: by its size, and by what the best effect gains of it."""
-    by_size = logistic((math.log(max(before, 1.0) / search.floor) - math.log(NOTHING_FACTOR)) / LOGIT_WIDTH)
+    by_size = logistic((math.log(search.gap_over_floor()) - math.log(NOTHING_FACTOR)) / LOGIT_WIDTH)
     return max(by_size, 1.0 - search.calibration.nothing_at_all() if search.calibration else 0.0)
 
 
@@ -118,15 +118,12 @@ def still_open(search, fit, most):
     """Share of the systematic excess that is left: of all channels, or of those at the joint of the first
     effect, where it closes much of the whole. What nothing explains at another joint does not make it less sure."""
     dataset = search.dataset
-    left = max(fit.excess + search.irregular_excess(fit) - search.floor, 0)
-    whole = search.plain.excess + search.irregular_excess(search.plain) - search.floor
-    share = left / max(whole, 1.0) if whole > 0 else 0.0
+    left, whole = search.above_floor(fit), search.above_floor(search.plain)
+    share = left / max(whole, 1.0)
     own = dataset.kinds_at(fit.chosen[0].joint)
     if own == dataset.kinds or share < most:
         return share
-    old, new = (search.gram.held_out_blocks(search.columns(chosen)) for chosen in ([], fit.chosen))
-    known = sum(dataset.freedom(k) + search.floor_of[k] - search.irregular_excess(fit, k) for k in own)
-    before, after = (max(sum(x[k].sum() for k in own) - known, 0.0) for x in (old, new))
+    before, after = search.above_floor(search.plain, own), search.above_floor(fit, own)
     if before - after < LEAST_PART_OF_ALL * whole or after / before > share:
         return share
     return after / before
@@ -158,26 +155,21 @@ class Odds:
 
     def __init__(self, search, fit):
         self.search, self.fit = search, fit
-        plain, self.mine = self._by_kind([]), self._by_kind(fit.chosen)
+        plain, self.mine = search.held_out_excess([]), search.held_out_excess(fit.chosen)
         left = {kind: max(self.mine[kind] - search.tolerated_of[kind], 0.0) for kind in plain}
         self.temperature = {kind: temperature_of(search, left[kind], max(plain[kind], 0.0)) for kind in plain}
         own = sum(self.mine[kind] for kind in search.dataset.kinds_at(fit.chosen[0].joint) if kind[0] == "T")
         self.nested_temperature = TEMPERATURE_OF_NESTED + TEMPERATURE_OF_REST_OF_NESTED * max(own, 0.0)
 
-    def _by_kind(self, chosen):
-        """Excess that a fit leaves of each kind."""
-        blocks = self.search.gram.held_out_blocks(self.search.columns(chosen))
-        return {kind: values.sum() - self.search.dataset.freedom(kind) for kind, values in blocks.items()}
-
     def _adds_nothing(self, other, theirs):
         """Do both fits together explain no more than the better one? Then that one holds the other, or is the true form."""
         more = [candidate for candidate in other.chosen if candidate not in self.fit.chosen]
-        both = self._by_kind([*self.fit.chosen, *more])
+        both = self.search.held_out_excess([*self.fit.chosen, *more])
         return min(sum(theirs.values()), sum(self.mine.values())) - sum(both.values()) < ADDS_NOTHING
 
     def of(self, other):
         """Likelihood of another fit beside that of the first."""
-        theirs = self._by_kind(other.chosen)
+        theirs = self.search.held_out_excess(other.chosen)
         worse = sum((theirs[kind] - self.mine[kind]) / self.temperature[kind] for kind in theirs)
         if worse > HOPELESS:  # a lower temperature would not make it likelier
             return 0.0
@@ -215,8 +207,7 @@ def judge(search, fit, half=None, inertia_known=True):
 
 def first_judgement(search, fit):
     """The same at the low-pass of the search."""
-    before = search.plain.excess + search.irregular_excess(search.plain)
-    gap_remains = remaining(search, before)
+    gap_remains = remaining(search)
     if not fit.chosen:
         return Verdict(no_effect(1.0, gap_remains), fit, 1.0 if gap_remains > 0.5 else 0.0)
     most = most_open(search, fit)

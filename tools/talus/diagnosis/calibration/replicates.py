@@ -57,9 +57,14 @@ class Sensors:
                 continue
             joint = 1 if motor.startswith("ankle") else 0
             ratio = np.median(np.abs(dataset.transmissions[joint].ratio(self.processed.q[joint])))
+            # the least change of an exact sensor is no step: the difference of both would show it
+            shows = np.sqrt(12) * dataset.sigma[kind]
+            self.step[motor] = min(self.step[motor], shows * ratio)
+            self.noise[motor] = min(self.noise[motor], dataset.sigma[kind] * ratio)
             first = self.step[motor] / np.sqrt(12) + self.noise[motor]
             own = max(dataset.sigma[kind] ** 2 - (first / ratio) ** 2, 0.0)
-            self._angle(name, noise.detection_threshold(self.processed.columns[name]), np.sqrt(own))
+            step = min(noise.detection_threshold(self.processed.columns[name]), shows)
+            self._angle(name, step, np.sqrt(own))
 
     def _torque(self, dataset, record, joint):
         """Standard deviation of a torque's noise at every sample."""
