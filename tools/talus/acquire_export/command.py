@@ -142,6 +142,10 @@ class Findings:
                                  f"behind its frame {drop['after']}")  # fmt: skip
         if beside.more:
             self.lost.append(f"{beside.more} more losses and changes of bus and interface")
+        if beside.perhaps_lost:
+            self.lost.append(f"perhaps {beside.perhaps_lost} more frames lost, where an interface vanished")
+        if beside.not_known:
+            self.lost.append(f"an interface vanished {beside.not_known} times: how many frames were on their way is not known")
         if beside.edges_lost:
             self.lost.append(f"{beside.edges_lost} edges of GPIO lines lost")
         for state in beside.states:
@@ -175,7 +179,8 @@ class Findings:
 
 
 def say(text):
-    print(f"{NAME}: {text}", file=sys.stderr)
+    shown = "".join(c if c.isprintable() else "?" for c in text)  # an interface's name may hold any character
+    print(f"{NAME}: {shown}", file=sys.stderr)
 
 
 # ---- the way ----------------------------------------------------------------------------
