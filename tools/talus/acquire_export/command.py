@@ -13,7 +13,7 @@ import talus
 from talus import constants, outputs
 from talus.refused import Refused
 
-from . import events, record, report, streams, table, ticks
+from . import decimals, events, record, report, streams, table, ticks
 from .bench_model import BenchModel
 from .layout import Database
 from .spool import Store
@@ -213,18 +213,18 @@ def check_base(names, required):
     return motor + [name for name in required if name not in motor]
 
 
-def decimals(step):
-    return min(max(math.ceil(2 - math.log10(step)), 0), 12) if step > 0 else 9
+def places_of(step):
+    return min(max(math.ceil(2 - math.log10(step)), 0), 12) if 0 < step < math.inf else 9
 
 
 def recording_text(found, columns):
     """The recording's bytes, some thousand rows at a time."""
-    line = ",".join(["%.7f", *(f"%.{decimals(columns[name].step)}f" for name in found.names)]) + "\n"
+    places = [7, *(places_of(columns[name].step) for name in found.names)]
     yield (",".join(["time_s", *found.names]) + "\n").encode()
     first_ns = found.first_ns
     for rows in found.rows.chunks(ROWS_AT_ONCE):
         values = np.column_stack([(rows["time_ns"] - first_ns) / 1e9, rows["value"]])
-        yield (line * len(rows) % tuple(values.ravel().tolist())).encode()
+        yield decimals.lines(values, places)
 
 
 def read_streams(options, findings, store):
