@@ -1,5 +1,7 @@
 """talus-acquire-export: the command line, and the way from a record to a recording."""
 
+import contextlib
+import ctypes
 import getopt
 import json
 import math
@@ -41,6 +43,7 @@ Exit status 1: something was lost; the recording is written all the same.
 LONG = ["dbc=", "model=", "out=", "report=", "rate=", "interface=", "channel=", "side=", "quiet", "help", "version"]
 SHORT = {"-d": "--dbc", "-m": "--model", "-o": "--out", "-q": "--quiet", "-h": "--help"}
 SCHEMA = "talus-export/1"
+M_TRIM_THRESHOLD, M_MMAP_THRESHOLD = -1, -3  # malloc.h
 LEAST_ROWS = 100  # of a recording
 ROWS_AT_ONCE = 5_000  # that are turned into text
 
@@ -313,7 +316,17 @@ def tell(options, findings, summary):
     say(f"{options.given['out']}: {summary['rows']} samples in {summary['duration_s']:.3f} s{left_out}")
 
 
+def keep_freed_memory():
+    """Arrays of some hundred kilobytes come and go all the time: what one leaves the next one takes, instead of new pages from the
+    kernel each time. Where the C library knows no such thing it stays as it is."""
+    with contextlib.suppress(OSError, AttributeError):
+        tune = ctypes.CDLL(None).mallopt
+        tune(M_MMAP_THRESHOLD, 32 << 20)
+        tune(M_TRIM_THRESHOLD, 128 << 20)
+
+
 def main(arguments):
+    keep_freed_memory()
     try:
         options = Options(arguments)
         if "help" in options.given:
