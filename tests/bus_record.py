@@ -120,3 +120,19 @@ def injected(frames, faults, seed):
             made.append(replace(frames[j]))
             line["copy", j] = len(made)
     return made, sorted((kind, f.name, f.number % 65536, count, line[mark]) for kind, f, count, mark in told)
+
+
+FRAMES_IN_10_S = {"Supply": 1000, "KneeStatus": 100, "AnkleStatus": 100}  # of the others 10,000
+
+
+def write_long(path, frames, times):
+    """Ten seconds of frames again and again, each time later and with the counters that follow; every 4096th of a message is lost."""
+    rows = []
+    for frame in frames:
+        head, data = frame.line.split("#")
+        rows.append((frame.t_ns // 1000, head.split(" ", 1)[1], int.from_bytes(frame.data[:2], "little"), FRAMES_IN_10_S.get(frame.name, 10_000), data[4:]))
+    with open(path, "w", encoding="ascii") as file:
+        for turn in range(times):
+            now = [(t + turn * 10**7, head, number + turn * each, rest) for t, head, number, each, rest in rows]
+            file.write("".join(f"({t // 10**6}.{t % 10**6:06d}) {head}#{number & 255:02X}{number >> 8 & 255:02X}{rest}"
+                               for t, head, number, rest in now if number % 4096))  # fmt: skip

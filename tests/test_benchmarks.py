@@ -26,6 +26,7 @@ BENCHES = [
     ("growth", "numpy"),
     ("diagnosis", "numpy"),
     ("markers", "cv2"),
+    ("exporting", "can"),
 ]
 
 

@@ -541,6 +541,10 @@ def test_a_recorder_that_was_killed_or_lost_something(bench, tmp_path):
     words = export(path, tmp_path, status=1)
     assert "can0: 17 frames lost at the socket, behind its frame 400\n" in words
     assert exported(tmp_path)[1]["dropped"] == {"recorder": 17, "candump": 0}
+    side.write_text('{"type":"vanished","source":"can0","lost":5,"perhaps_lost":2,"known":false,"after":9,"real_ns":1}\n{"type":"end"}\n')
+    words = export(path, tmp_path, status=1)
+    assert "can0: 5 frames lost at the interface, behind its frame 9\n" in words
+    assert "perhaps 2 more frames lost" in words and "an interface vanished 1 times" in words
     side.write_text('{"type":"clock"}\n')
     (tmp_path / "rec.csv").unlink()
     assert "rec.jsonl:1: " in refused(path, tmp_path)

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from talus.acquire_export import clock_model
 from talus.acquire_export.clock_model import Clock, ClockModel
 
 S = 10**9
@@ -35,6 +36,17 @@ def test_instants_on_either_side_of_each_step(seed, told):
     assert np.abs(model.convert(stamps) - true_ns).max() < 100_000
     assert [step.size_ns for step in model.steps] == pytest.approx(sizes, abs=100_000)
     assert all(step.uncertain_ns == 0 for step in model.steps)
+
+
+def test_steps_that_nobody_looks_for(monkeypatch):
+    """The same without the cure: every instant is off, and no word of it. So the test above can fail."""
+    true_ns, stamps, clocks, _ = made(np.random.default_rng(0), 20, [5 * S], True)
+    monkeypatch.setattr(clock_model, "is_step", lambda a, b: False)
+    model = ClockModel(clocks)
+    assert np.abs(model.convert(stamps) - true_ns).max() > 100_000 and model.steps == []
+    monkeypatch.undo()
+    model = ClockModel(clocks)
+    assert np.abs(model.convert(stamps) - true_ns).max() < 100_000 and len(model.steps) == 1
 
 
 def test_a_clock_that_is_slewed_has_no_steps():

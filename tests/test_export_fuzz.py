@@ -19,7 +19,7 @@ NUMBERS = ("0", "-1", "1", "255", "256", "65536", "2147483648", "922337203685477
 EXTREME_LINES = ("(0.000000) can0 201#", "(9999999999.999999) can0 201#0000000000000000", "(1700000000.0) can0 201#R", "", "\0", "(",
                  "(1.0)  201#00", "(1700000000.500000) can0 202##1" + "00" * 64, "(1700000000.000000) can0 310#FFFF",
                  "(99999999999999999999.0) can0 201#0000000000000000", "DROPCOUNT: dropped 99999999999999999999 CAN frames")  # fmt: skip
-KEPT = (17, 230, 411, 14874, 20384, 20719)  # seeds that once ended in a traceback, or are near one
+KEPT = (17, 230, 411, 14874, 20384, 20719, 302740, 311004, 325136, 326979, 334257)  # seeds that once ended in a traceback, or are near one
 
 
 @pytest.fixture(scope="module")

@@ -1,14 +1,14 @@
 """The export of what does not fit into memory: its parts against the same on whole arrays, and its peak."""
 
+import os
 import random
 import resource
 import subprocess
 import sys
-from dataclasses import replace
 
 import numpy as np
 import pytest
-from bus_record import DBC, MODEL, frames_of, twin
+from bus_record import DBC, MODEL, frames_of, twin, write_long
 from export_parts import follow
 from talus.acquire_export import spool
 from talus.acquire_export.clock import support_line
@@ -166,23 +166,22 @@ def frames(tmp_path_factory):
     return frames_of(twin(tmp_path_factory.mktemp("memory"), duration=10))
 
 
-def write_long(path, frames, times):
-    """Some frames again and again, each time later and with the counters that follow; every 40th row is lost once."""
-    with open(path, "w") as file:
-        for turn in range(times):
-            for frame in frames:
-                number = int.from_bytes(frame.data[:2], "little") + turn * {"Supply": 1000, "KneeStatus": 100, "AnkleStatus": 100}.get(frame.name, 10_000)
-                if number % 4096:
-                    data = (number % 65536).to_bytes(2, "little") + frame.data[2:]
-                    file.write(replace(frame, t_ns=frame.t_ns + turn * 10**10, data=data).line)
-
-
 def test_memory_does_not_grow_with_the_record(tmp_path, frames):
     """A minute and four: 6 and 23 MB of text."""
     write_long(tmp_path / "short.log", frames, 6)
     write_long(tmp_path / "long.log", frames, 24)
     short, long = peak_mb(tmp_path, tmp_path / "short.log", 1), peak_mb(tmp_path, tmp_path / "long.log", 1)
     assert long < short + 15 and long < MOST_MB
+
+
+@pytest.mark.long
+def test_memory_of_a_large_record(tmp_path, frames):
+    """200 MB of text, more than twice what may be in memory; TALUS_EXPORT_MB=1000 takes a gigabyte. How long it takes is a bench's
+    business (tools/bench/exporting.py)."""
+    turns = int(os.environ.get("TALUS_EXPORT_MB", "200"))
+    write_long(tmp_path / "large.log", frames, turns)
+    assert (tmp_path / "large.log").stat().st_size > 0.9e6 * turns
+    assert peak_mb(tmp_path, tmp_path / "large.log", 1) < MOST_MB
 
 
 def test_no_room_for_what_is_computed_on_the_way(tmp_path, frames):

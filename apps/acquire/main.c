@@ -26,7 +26,8 @@ static const struct cli_option options[] = {
     {"overwrite", 0, CLI_FLAG, &asked.overwrite, 0, NULL, "replace files of that name"},
     {"rotate", 0, CLI_TEXT, &rotate, 0, "SIZE|TIME",
      "begin the next file, REC.001.log and so on, after so much\n(100M, 2G) or so long (15min, 1h)"},
-    {"compress", 0, CLI_FLAG, &asked.compress, 0, NULL, "--rotate's files that are full become REC.log.gz and so on"},
+    {"compress", 0, CLI_FLAG, &asked.compress, 0, NULL,
+     "--rotate's files that are full become REC.log.gz and so on"},
     {"quiet", 'q', CLI_FLAG, &asked.quiet, 0, NULL, "no live line, no summary"},
     {"stop", 0, CLI_TEXT, &asked.stop, 0, "IF[:ID#DATA]",
      "what an emergency edge sends on interface IF\n(the Stop frame of models/leg.dbc, or ID#DATA), three "
@@ -156,7 +157,7 @@ static int judge_machine(int sources, char **text) {
   if (sources && record(sources, text, &recording, &lost) != 0) status = app_exit(&lost);
   if (status == APP_BAD_INPUT) return status;
   const struct session_result result = session_result(&recording);
-  const struct qualify_recording seen = {result.sources, result.lost, result.loop};
+  const struct qualify_recording seen = {result.sources, result.lost, result.lost_is_all, result.loop};
   qualify_end(&q, sources ? &seen : NULL);
   qualify_print(&q);
   if (report && qualify_write(&q, report, &error) != 0) return app_exit(&error);

@@ -13,13 +13,16 @@ import sys
 import time
 
 import pytest
-from recording import Recording, hold_up, ip, read_lines
+from recording import SOURCE, Recording, counters, hold_up, ip, read_lines
 from talus.acquire_export import events as export_events
 from talus.acquire_export import record as export_record
 from test_player import LIMITS, write_trajectory
 
 pytestmark = [pytest.mark.rig, pytest.mark.release]
 
+SECONDS = int(os.environ.get("TALUS_RIG_SECONDS", "60"))
+SO_TIMESTAMPNS = 35
+PER_MS = 9  # frames each millisecond: a full bus of 1 Mbit/s
 ROUNDS = int(os.environ.get("TALUS_RIG_ROUNDS", "20"))
 
 
@@ -101,6 +104,35 @@ def test_plugged_out_and_in_under_load(vcan, tmp_path, capsys):
     assert recording.process.returncode == 0
     with capsys.disabled():
         print(f"\n  {ROUNDS} times out and in: sent {sent}, logged {len(numbers)}, reported {reported}")
+
+
+def test_full_load_with_the_plug_out_and_in_each_second(vcan, tmp_path, capsys):
+    """Sent = logged + reported, exactly, but for frames of which the account itself says that it cannot tell; each frame once, in
+    order. Where the kernel works a backlog off later (a guest with several processors), frames are lost with each interface."""
+    (name,) = vcan()
+    generator = random.Random(4)
+    with Recording(tmp_path / "full", name) as recording:
+        sender = subprocess.Popen([SOURCE, "plugged", str(SECONDS), str(PER_MS), name], stdout=subprocess.PIPE, text=True)
+        rounds, begin = 0, time.monotonic()
+        while sender.poll() is None:
+            time.sleep(max(begin + rounds + generator.random() - time.monotonic(), 0))
+            ip("del", name)
+            time.sleep(0.1 * generator.random())
+            plug_in(name)
+            rounds += 1
+        sent = int(sender.communicate()[0].split()[1])
+        time.sleep(0.3)
+        recording.stop(status=None)
+    numbers, reported = counters(recording.log)[name][1], recording.end()["lost"]
+    unread, perhaps = (sum(event[key] for event in recording.events("vanished")) for key in ("lost", "perhaps_lost"))
+    with capsys.disabled():
+        print(f"\n  {SECONDS} s at full load, {rounds} times out and in: sent {sent}, logged {len(numbers)}, reported {reported}, "
+              f"{unread} of them thrown away behind the interface's count; perhaps {perhaps} more")  # fmt: skip
+    assert sender.returncode == 0 and sent > 1000 * SECONDS and rounds > 2
+    assert len(numbers) + reported <= sent <= len(numbers) + reported + perhaps
+    assert len(recording.events("vanished")) == rounds and all(event["known"] for event in recording.events("vanished"))
+    assert all(a < b for a, b in itertools.pairwise(numbers))
+    assert recording.process.returncode == (1 if reported or perhaps else 0) and recording.at_end(name)["unexplained"] == 0
 
 
 def test_renamed_and_another_takes_its_name(vcan, tmp_path):
@@ -191,10 +223,23 @@ def stops_on(bus, count):
     return found
 
 
+def stops_at(bus, count):
+    """The kernel's stamps [ns, monotonic] of so many stop frames."""
+    found, until = [], time.monotonic() + 5
+    while len(found) < count and time.monotonic() < until:
+        if select.select([bus], [], [], 0.1)[0]:
+            data, about, _, _ = bus.recvmsg(16, 64)
+            seconds, ns = struct.unpack("qq", about[0][2])
+            if struct.unpack_from("=I", data)[0] == 1:
+                found.append(seconds * 10**9 + ns - time.time_ns() + time.monotonic_ns())
+    return found
+
+
 def listener():
     bus = socket.socket(socket.AF_CAN, socket.SOCK_RAW, socket.CAN_RAW)
     bus.bind(("",))
     bus.setblocking(False)
+    bus.setsockopt(socket.SOL_SOCKET, SO_TIMESTAMPNS, 1)
     return bus
 
 
@@ -221,22 +266,26 @@ def test_stop_after_a_replug_and_after_down_and_up(vcan, tmp_path, button):
 def test_each_edge_is_answered_or_refused_aloud(vcan, tmp_path, button, capsys):
     """With random unplugging between: every edge put three frames on the bus, or was told not to have; the record agrees."""
     (name,) = vcan()
-    generator, there, sent, refused, slowest = random.Random(8), True, 0, 0, 0.0
+    generator, there, sent, refused, slowest, took_ns = random.Random(8), True, 0, 0, 0.0, []
     with listener() as bus, Guarded(button, tmp_path / "s", "--stop", name) as recording:
         for _ in range(10 * ROUNDS):
             if generator.random() < 0.3:
                 ip("del", name) if there else plug_in(name)
                 there = not there
-            button.press()
+            pressed = button.press()
             slowest = max(slowest, recording.hears("mergency stop sent on" if there else "EMERGENCY STOP NOT SENT on"))
-            assert stops_on(bus, 3 * there) == 3 * there
+            stamps = stops_at(bus, 3 * there)
+            assert len(stamps) == 3 * there and stops_on(bus, 0) == 0
+            took_ns += [at - pressed for at in stamps[:1]]
             sent, refused = sent + there, refused + (not there)
         recording.stop(status=1)
     told = [stop["frames"] for stop in recording.events("stop")]
     assert (told.count(3), told.count(0)) == (sent, refused)
     assert recording.at_end("button")["stops_failed"] == refused > 0
     with capsys.disabled():
-        print(f"\n  {sent} stops sent, {refused} refused aloud; told within {1e3 * slowest:.0f} ms")
+        soon = sum(took < 10_000_000 for took in took_ns)
+        print(f"\n  {sent} stops sent, {soon} of them on the bus within 10 ms of the edge, the slowest {max(took_ns) / 1e6:.1f} ms; "
+              f"{refused} refused aloud; told within {1e3 * slowest:.0f} ms")  # fmt: skip
 
 
 def test_a_pressed_button_lets_nobody_play(vcan, tmp_path, button):

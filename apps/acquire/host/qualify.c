@@ -166,8 +166,13 @@ static void judge_run(struct qualify *q, const struct qualify_recording *recordi
           "no interface was recorded");
     return;
   }
-  judge(q, "drops", recording->lost ? VERDICT_POOR : VERDICT_GOOD, "a larger --buffer, a quieter machine",
-        "%d sources recorded, %" PRIu64 " lost", recording->sources, recording->lost);
+  judge(q, "drops",
+        recording->lost          ? VERDICT_POOR
+        : recording->lost_is_all ? VERDICT_GOOD
+                                 : VERDICT_UNKNOWN,
+        "a larger --buffer, a quieter machine", "%d sources recorded, %" PRIu64 " lost%s", recording->sources,
+        recording->lost,
+        recording->lost_is_all ? "" : "; an interface vanished, and perhaps more were lost then");
 }
 
 void qualify_end(struct qualify *q, const struct qualify_recording *recording) {

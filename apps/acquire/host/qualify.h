@@ -48,6 +48,7 @@ void qualify_wait(struct qualify *q, double seconds);
 struct qualify_recording {
   int sources;
   uint64_t lost;
+  int lost_is_all; /* 0: there may be more */
   struct loop_count loop;
 };
 /* Ends the thread and judges. Nullable: recording. */

@@ -42,10 +42,18 @@ static void take_clock(struct events_summary *s, const json_t *event) {
   s->last_real_ns = real;
 }
 
+static void take_vanished(struct events_summary *s, const json_t *event) {
+  s->lost += (uint64_t)whole(event, "lost");
+  s->drops += whole(event, "lost") != 0;
+  s->perhaps_lost += (uint64_t)whole(event, "perhaps_lost");
+  s->not_known += (uint64_t)json_is_false(json_object_get(event, "known"));
+}
+
 static void take(struct events_summary *s, const json_t *event) {
   const char *type = json_string_value(json_object_get(event, "type"));
   if (!type) type = "";
   if (strcmp(type, "clock") == 0) take_clock(s, event);
+  if (strcmp(type, "vanished") == 0) take_vanished(s, event);
   s->drops += strcmp(type, "drop") == 0;
   if (strcmp(type, "drop") == 0 || strcmp(type, "edges_lost") == 0) s->lost += (uint64_t)whole(event, "lost");
   s->links += strcmp(type, "link") == 0;

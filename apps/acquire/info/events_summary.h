@@ -10,6 +10,7 @@ struct events_summary {
   int there;                                   /* is there such a file? */
   uint64_t lines, bad_lines;                   /* those that are no JSON */
   uint64_t lost;                               /* frames and edges, as drops tell */
+  uint64_t perhaps_lost, not_known;            /* more at most; interfaces that vanished without a count */
   uint64_t drops, links, edges, pulses, stops; /* events */
   uint64_t clocks, steps;                      /* readings of the clocks; times that one was set */
   int64_t largest_step_ns;                     /* of realtime */

@@ -70,6 +70,9 @@ static void print_events(const struct events_summary *e) {
     return;
   }
   printf("lost, as the recorder says: %" PRIu64 " at %" PRIu64 " places\n", e->lost, e->drops);
+  if (e->perhaps_lost || e->not_known)
+    printf("perhaps %" PRIu64 " more, and what was on its way in %" PRIu64 " interfaces that vanished\n",
+           e->perhaps_lost, e->not_known);
   printf("clocks: read %" PRIu64 " times in %.3f s, within %.1f us", e->clocks,
          seconds(e->last_mono_ns - e->first_mono_ns), 1e-3 * (double)e->widest_ns);
   if (e->steps) printf("; set %" PRIu64 " times, at most by %.6f s", e->steps, seconds(e->largest_step_ns));
@@ -107,6 +110,8 @@ static json_t *events_of(const struct events_summary *e) {
   if (!e->there) return json_null();
   json_t *object = json_object();
   set_whole(object, "lost", e->lost);
+  set_whole(object, "perhaps_lost", e->perhaps_lost);
+  set_whole(object, "not_known", e->not_known);
   set_whole(object, "drops", e->drops);
   set_whole(object, "links", e->links);
   set_whole(object, "edges", e->edges);

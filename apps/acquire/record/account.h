@@ -20,6 +20,8 @@ struct account {
   uint64_t synced;      /* of them, on the disk: its own word */
   uint64_t not_written; /* had, and in no file */
   uint64_t stops_failed;
+  uint64_t perhaps_lost,
+      not_known; /* where interfaces vanished: frames at most, and interfaces without a count */
 };
 
 /* Frames without a place in this account; 0: it balances. */

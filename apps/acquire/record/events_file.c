@@ -105,6 +105,8 @@ static void put_source_end(struct text *t, const struct writer *writer, int i) {
     text_set(t, "frames", (int64_t)w->frames);
     text_set(t, "lost_socket", (int64_t)w->lost[ITEM_IN_SOCKET]);
     text_set(t, "lost_interface", (int64_t)w->lost[ITEM_IN_INTERFACE]);
+    text_set(t, "perhaps_lost", (int64_t)w->perhaps_lost);
+    text_set(t, "not_known", (int64_t)w->not_known);
     text_set(t, "errors", (int64_t)w->errors);
     text_set(t, "stamps_backwards", (int64_t)w->backwards);
     text_set(t, "stamps_estimated", (int64_t)w->estimated);
@@ -178,16 +180,24 @@ static void print_source(const struct writer *writer, int i, double seconds) {
   else
     print_edges(source, &writer->state[i]);
   if (a.malformed) fprintf(stderr, "  no frames %" PRIu64, a.malformed);
+  if (a.perhaps_lost) fprintf(stderr, "  PERHAPS LOST %" PRIu64 " more", a.perhaps_lost);
+  if (a.not_known)
+    fprintf(stderr, "  VANISHED %" PRIu64 " times, what was on its way is in no count", a.not_known);
   if (a.not_written) fprintf(stderr, "  NOT WRITTEN %" PRIu64, a.not_written);
   if (a.written != a.synced) fprintf(stderr, "  MAYBE NOT ON THE DISK %" PRIu64, a.written - a.synced);
   if (account_difference(&a)) fprintf(stderr, "  UNEXPLAINED %" PRIu64, account_difference(&a));
   fputc('\n', stderr);
 }
 
+static void print_lost(uint64_t lost, int is_known) {
+  if (lost) fprintf(stderr, "LOST %" PRIu64 "%s\n", lost, is_known ? "" : ", and perhaps more");
+  if (!lost) fprintf(stderr, is_known ? "nothing lost\n" : "WHETHER ANYTHING IS LOST IS NOT KNOWN\n");
+}
+
 void events_file_summary(const struct events_end *facts, const char *log, double seconds) {
   const uint64_t lost = writer_lost(facts->writer);
   fprintf(stderr, "%s: %.1f s, ended by %s, ", log, seconds, facts->reason);
-  fprintf(stderr, lost ? "LOST %" PRIu64 "\n" : "nothing lost\n", lost);
+  print_lost(lost, writer_knows(facts->writer));
   for (int i = 0; i < facts->writer->sources; i++) print_source(facts->writer, i, seconds);
   fprintf(stderr, "  after start: page faults %" PRId64 " minor, %" PRId64 " major",
           facts->loop->minor_faults, facts->loop->major_faults);

@@ -380,6 +380,7 @@ static void end(struct session *s) {
   stop_player(s);
   set(&s->stop_reading);
   for (int i = 0; i < s->sources; i++) pthread_join(s->reader_thread[i], NULL);
+  watch_link_events(&s->watch);
   watch_links(&s->watch, 1);
   watch_clock(&s->watch);
   set(&s->stop_writing);
@@ -408,7 +409,7 @@ static void finish_compressing(struct session *s) {
 }
 
 struct session_result session_result(const struct session *s) {
-  return (struct session_result){s->sources, writer_lost(&s->writer), s->loop};
+  return (struct session_result){s->sources, writer_lost(&s->writer), writer_knows(&s->writer), s->loop};
 }
 
 static void print_summary(const struct session *s) {
@@ -437,6 +438,10 @@ static int judge(const struct session *s, struct app_error *error) {
   if (writer_lost(&s->writer))
     return app_fail(error, APP_FAILED, "%llu lost; %s says where",
                     (unsigned long long)writer_lost(&s->writer), s->files.file[FILE_JSON].path);
+  if (!writer_knows(&s->writer))
+    return app_fail(error, APP_FAILED,
+                    "an interface vanished, and whether frames were lost then cannot be told; %s says when",
+                    s->files.file[FILE_JSON].path);
   return 0;
 }
 

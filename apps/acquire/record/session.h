@@ -62,6 +62,7 @@ struct session {
 struct session_result {
   int sources;
   uint64_t lost;
+  int lost_is_all; /* 0: there may be more */
   struct loop_count loop;
 };
 struct session_result session_result(const struct session *s);

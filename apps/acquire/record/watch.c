@@ -29,7 +29,11 @@ int watch_open(struct watch *w, const struct source *source, int sources, struct
   w->netlink = link_open(0);
   w->link_events = link_open(1);
   w->clock_set = open_clock_set();
-  for (int i = 0; i < sources; i++) w->link[i] = source[i].link;
+  for (int i = 0; i < sources; i++) {
+    w->link[i] = source[i].link;
+    w->told[i].index = source[i].link.index;
+    memcpy(w->told[i].counter, source[i].link.counter, sizeof w->told[i].counter);
+  }
   return ring_init(&w->events, EVENTS_RING) == 0 ? 0 : app_fail(error, APP_FAILED, "out of memory");
 }
 
@@ -100,10 +104,14 @@ static void compare_presence(struct watch *w, int i, const struct link_state *no
     push_change(w, i, now->up ? LINK_UP : LINK_DOWN, now);
 }
 
+/* against what was told of that interface before; of another one it is what its first event has said */
 static void compare_counters(struct watch *w, int i, const struct link_state *now) {
-  if (now->index != w->link[i].index) return; /* another device under the same name counts from 0 */
-  for (int c = 0; c < LINK_COUNTERS; c++) {
-    const uint64_t more = now->counter[c] - w->link[i].counter[c];
+  struct link_told *told = &w->told[i];
+  const struct link_told before = *told;
+  *told = (struct link_told){.index = now->index};
+  memcpy(told->counter, now->counter, sizeof told->counter);
+  for (int c = 0; c < LINK_COUNTERS && now->index == before.index; c++) {
+    const uint64_t more = now->counter[c] - before.counter[c];
     if (more == 0 || !link_counter_is_loss((enum link_counter)c)) continue;
     struct item item = event(ITEM_DROP, i);
     item.is.drop.lost = more;
@@ -186,7 +194,7 @@ void watch_links(struct watch *w, int report) {
     struct link_state now;
     if (w->source[i].spec.kind != SOURCE_CAN || look(w, i, &now) != 0) continue;
     compare_presence(w, i, &now);
-    compare_counters(w, i, &now);
+    if (now.index) compare_counters(w, i, &now);
     compare_bus(w, i, &now);
     if (report) push_stats(w, i, &now);
     if (w->source[i].hardware_stamps) push_stamp_pair(w, i);
@@ -195,8 +203,32 @@ void watch_links(struct watch *w, int report) {
   watch_stop_path(w);
 }
 
+static int concerns(const struct watch *w, int i, const struct link_event *event) {
+  const struct link_state *now = &event->now;
+  if (w->source[i].spec.kind != SOURCE_CAN || !now->is_can) return 0;
+  if (event->gone) return now->index == w->told[i].index;
+  return now->index != w->told[i].index && strcmp(now->name, w->source[i].spec.name) == 0;
+}
+
+/* events were lost: what an interface had counted that is gone by now is not known */
+static void look_for_the_vanished(struct watch *w, int i) {
+  struct link_state now;
+  if (w->source[i].spec.kind != SOURCE_CAN) return;
+  if (link_query_index(w->netlink, w->told[i].index, &now) == 0 && now.index) return;
+  struct item item = event(ITEM_VANISHED, i);
+  item.is.vanished.index = w->told[i].index;
+  item.is.vanished.unknown = 1;
+  push(w, &item);
+}
+
+/* the counters of an interface that has come, and the last ones of one that is gone; the rest is asked for */
 void watch_link_events(struct watch *w) {
-  link_clear_events(w->link_events);
+  struct link_event event;
+  for (int n; (n = link_next_event(w->link_events, &event)) != 0;)
+    for (int i = 0; i < w->sources; i++) {
+      if (n > 0 && concerns(w, i, &event)) compare_counters(w, i, &event.now);
+      if (n < 0) look_for_the_vanished(w, i);
+    }
   watch_links(w, 0);
 }
 

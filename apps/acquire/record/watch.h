@@ -5,6 +5,12 @@
 #include "acquire/play/stop_line.h"
 #include "writer.h"
 
+/* An interface's counters, up to which what it lost has been told. */
+struct link_told {
+  int index;
+  uint64_t counter[LINK_COUNTERS];
+};
+
 struct watch {
   struct ring events; /* clocks, links, statistics: to the writer */
   const struct source *source;
@@ -14,7 +20,8 @@ struct watch {
   int clock_set;                       /* a timer that is readable when somebody has set the clock; -1 none */
   int64_t start_ns, end_ns;            /* monotonic; end 0: none */
   struct link_state link[MAX_SOURCES]; /* as last looked at */
-  uint64_t live_seen[MAX_SOURCES];     /* by the last live line */
+  struct link_told told[MAX_SOURCES];
+  uint64_t live_seen[MAX_SOURCES]; /* by the last live line */
   uint64_t stops_told[MAX_SOURCES];
   int path_failure; /* of the stop's path, as last told; -1 not yet */
 };

@@ -133,6 +133,22 @@ static void put_link(struct writer *w, const struct item *item) {
   end_at(w, w->state[item->source].frames, item->real_ns);
 }
 
+/* what it had counted, and how much of it nobody has read */
+static void put_vanished(struct writer *w, const struct item *item) {
+  struct written *s = &w->state[item->source];
+  s->lost[ITEM_IN_INTERFACE] += item->is.vanished.lost;
+  s->perhaps_lost += item->is.vanished.more;
+  s->not_known += item->is.vanished.unknown != 0;
+  begin(w, "vanished", item->source);
+  text_set(json(w), "interface", item->is.vanished.index);
+  text_set(json(w), "received", (int64_t)item->is.vanished.received);
+  text_set(json(w), "read", (int64_t)item->is.vanished.read);
+  text_set(json(w), "lost", (int64_t)item->is.vanished.lost);
+  text_set(json(w), "perhaps_lost", (int64_t)item->is.vanished.more);
+  text_set_bool(json(w), "known", !item->is.vanished.unknown);
+  end_at(w, s->frames, item->real_ns);
+}
+
 /* asked for each second; mostly error frames have said it before */
 static void put_driver_state(struct writer *w, const struct item *item) {
   struct bus *known = &w->state[item->source].bus;
@@ -228,6 +244,7 @@ static void put(struct writer *w, const struct item *item) {
   case ITEM_ERROR: put_error(w, item); break;
   case ITEM_DROP: put_drop(w, item); break;
   case ITEM_LINK: put_link(w, item); break;
+  case ITEM_VANISHED: put_vanished(w, item); break;
   case ITEM_BUS_STATE: put_driver_state(w, item); break;
   case ITEM_EDGE: put_edge(w, item); break;
   case ITEM_PULSE: put_pulse(w, item); break;
@@ -399,7 +416,9 @@ struct account writer_account(const struct writer *w, int source) {
                           .written = frames ? s->frames : s->edges + s->pulses,
                           .synced = frames ? s->synced : s->edges + s->pulses,
                           .not_written = s->not_written + c->abandoned,
-                          .stops_failed = s->stops_failed};
+                          .stops_failed = s->stops_failed,
+                          .perhaps_lost = s->perhaps_lost,
+                          .not_known = s->not_known};
 }
 
 uint64_t writer_lost(const struct writer *w) {
@@ -409,4 +428,10 @@ uint64_t writer_lost(const struct writer *w) {
     lost += account_lost(&a);
   }
   return lost;
+}
+
+int writer_knows(const struct writer *w) {
+  for (int i = 0; i < w->sources; i++)
+    if (w->state[i].perhaps_lost || w->state[i].not_known) return 0;
+  return 1;
 }

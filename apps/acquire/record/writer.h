@@ -10,14 +10,16 @@ enum { MAX_SOURCES = 64 };
 
 /* What the writer knows about one source. */
 struct written {
-  uint64_t frames;      /* lines in the log */
-  uint64_t edges;       /* lines of edges */
-  uint64_t pulses;      /* lines of pulses */
-  uint64_t handed;      /* of the frames: handed to the kernel */
-  uint64_t synced;      /* of these: on the disk. By the thread that syncs */
-  uint64_t not_written; /* taken from the ring, and in no file */
-  uint64_t errors;      /* error frames */
-  uint64_t lost[2];     /* by enum item_where; for GPIO lines lost[0] */
+  uint64_t frames;       /* lines in the log */
+  uint64_t edges;        /* lines of edges */
+  uint64_t pulses;       /* lines of pulses */
+  uint64_t handed;       /* of the frames: handed to the kernel */
+  uint64_t synced;       /* of these: on the disk. By the thread that syncs */
+  uint64_t not_written;  /* taken from the ring, and in no file */
+  uint64_t errors;       /* error frames */
+  uint64_t lost[2];      /* by enum item_where; for GPIO lines lost[0] */
+  uint64_t perhaps_lost; /* besides, at most, of what interfaces had counted when they vanished */
+  uint64_t not_known;    /* interfaces that vanished, of which nobody has counted what was on its way */
   uint64_t stops, stops_failed;
   int64_t last_ns;    /* stamp of the last frame in the log */
   uint64_t backwards; /* frames whose stamp is before their predecessor's */
@@ -56,5 +58,7 @@ int writer_sync(struct writer *w);
 /* A source's account, and what is lost of all of them; when all threads have ended. */
 struct account writer_account(const struct writer *w, int source);
 uint64_t writer_lost(const struct writer *w);
+/* Is that all that is lost? */
+int writer_knows(const struct writer *w);
 
 #endif

@@ -112,6 +112,10 @@ int can_batch_interface(const struct can_batch *batch, int i) {
   return batch->from[i].can_family == AF_CAN ? batch->from[i].can_ifindex : 0;
 }
 
+int can_batch_is_own(const struct can_batch *batch, int i) {
+  return (batch->message[i].msg_hdr.msg_flags & MSG_DONTROUTE) != 0;
+}
+
 int can_batch_item(const struct can_batch *batch, int i, struct item *item, uint32_t *drops) {
   struct msghdr *m = (struct msghdr *)&batch->message[i].msg_hdr;
   item->real_ns = item->hardware_ns = 0;

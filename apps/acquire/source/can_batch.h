@@ -23,6 +23,9 @@ unsigned can_batch_size(const struct can_batch *batch, int i);
 /* The interface that the i-th message came by; 0 for an inherited socket. */
 int can_batch_interface(const struct can_batch *batch, int i);
 
+/* Was the i-th message sent by this machine? */
+int can_batch_is_own(const struct can_batch *batch, int i);
+
 /* The i-th message as an item (kind, length, flags, id, data, both stamps; real_ns 0 without software
  * stamp). 0, or -1 when it is no frame. *drops: the socket's counter as it was before this frame; left
  * alone where the kernel does not say. */

@@ -22,6 +22,13 @@ int can_port_look(struct can_port *port) {
   return ask.ifr_ifindex;
 }
 
+int can_port_exists(const struct can_port *port) {
+  struct ifreq ask;
+  memset(&ask, 0, sizeof ask);
+  ask.ifr_ifindex = port->index;
+  return ioctl(port->fd, SIOCGIFNAME, &ask) == 0 || errno != ENODEV;
+}
+
 int can_port_open(struct can_port *port, const char *name) {
   memset(port, 0, sizeof *port);
   memcpy(port->name, name, strnlen(name, sizeof port->name - 1));

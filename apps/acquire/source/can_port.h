@@ -29,6 +29,8 @@ void can_port_close(struct can_port *port);
 
 /* Looks the name up; the index now, or 0 (then the last one stays in `index`: it may only have another name). */
 int can_port_look(struct can_port *port);
+/* Is the interface of `index` still there, whatever its name is? */
+int can_port_exists(const struct can_port *port);
 /* One frame, without waiting; 0 or an errno. Looks the name up before. */
 int can_port_send(struct can_port *port, const struct can_frame *frame);
 

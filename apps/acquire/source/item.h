@@ -11,6 +11,7 @@ enum item_kind {
   ITEM_ERROR,      /* an error frame: data */
   ITEM_DROP,       /* drop */
   ITEM_LINK,       /* link */
+  ITEM_VANISHED,   /* vanished: what an interface that is gone had counted */
   ITEM_BUS_STATE,  /* bus: the driver's word */
   ITEM_EDGE,       /* edge: of a GPIO line */
   ITEM_EDGES_LOST, /* edges_lost */
@@ -48,6 +49,10 @@ struct item {
       int index;
       char name[ITEM_NAME]; /* that the interface has now */
     } link;
+    struct {
+      int index, unknown;
+      uint64_t received, read, lost, more; /* as in tally.h */
+    } vanished;
     struct {
       int state, tx_errors, rx_errors;
     } bus;

@@ -18,7 +18,7 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
-enum { ANSWER = 16384 };
+enum { ANSWER = 16384, EVENTS_ROOM = 1 << 20 };
 
 const char *link_counter_name(enum link_counter counter) {
   static const char *const name[] = {"rx_packets",     "rx_errors",        "rx_dropped", "rx_over_errors",
@@ -37,17 +37,15 @@ int link_counter_is_loss(enum link_counter counter) {
 }
 
 int link_open(int events) {
+  const int room = EVENTS_ROOM;
   struct sockaddr_nl address = {.nl_family = AF_NETLINK, .nl_groups = events ? RTMGRP_LINK : 0};
   const int fd = socket(AF_NETLINK, SOCK_RAW | SOCK_CLOEXEC | (events ? SOCK_NONBLOCK : 0), NETLINK_ROUTE);
   if (fd < 0) return -1;
+  if (events && setsockopt(fd, SOL_SOCKET, SO_RCVBUFFORCE, &room, sizeof room) != 0)
+    setsockopt(fd, SOL_SOCKET, SO_RCVBUF, &room, sizeof room);
   if (bind(fd, (struct sockaddr *)&address, sizeof address) == 0) return fd;
   close(fd);
   return -1;
-}
-
-void link_clear_events(int netlink) {
-  char away[ANSWER];
-  while (recv(netlink, away, sizeof away, MSG_DONTWAIT) > 0) continue;
 }
 
 /* ---- attributes ------------------------------------------------------------------ */
@@ -204,12 +202,11 @@ int link_next_event(int netlink, struct link_event *event) {
   char message[ANSWER];
   struct nlmsghdr head;
   for (;;) {
-    struct link_state state = {.index = 0};
+    struct link_state state = {.bus = {BUS_UNKNOWN, -1, -1}};
     const ssize_t n = recv(netlink, message, sizeof message, MSG_DONTWAIT);
     if (n < 0) return errno == ENOBUFS ? -1 : 0;
     if (take_message(message, (size_t)n, &head, &state) != 0) continue;
-    *event = (struct link_event){state.index, state.is_can, head.nlmsg_type == RTM_DELLINK, ""};
-    memcpy(event->name, state.name, sizeof event->name);
+    *event = (struct link_event){head.nlmsg_type == RTM_DELLINK, state};
     return 1;
   }
 }

@@ -49,13 +49,11 @@ int link_open(int events);
 int link_query(int netlink, const char *name, struct link_state *state);
 /* The same by its index, whatever its name is now. */
 int link_query_index(int netlink, int index, struct link_state *state);
-/* Reads away what stands in an events' socket. */
-void link_clear_events(int netlink);
 /* The next event of an events' socket: an interface that is there, or has gone. 1, 0 when there is none, -1 when some were
  * lost. */
 struct link_event {
-  int index, is_can, gone;
-  char name[LINK_NAME];
+  int gone;
+  struct link_state now; /* or as it was at the last */
 };
 int link_next_event(int netlink, struct link_event *event);
 /* The indices of all CAN interfaces; how many, at most n. */

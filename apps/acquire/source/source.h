@@ -8,12 +8,13 @@
 #ifndef SOURCE_H
 #define SOURCE_H
 
+#include "acquire/host/stamp_pair.h"
 #include "can_port.h"
 #include "ring.h"
 #include "source_spec.h"
-#include "stamp_pair.h"
+#include "tally.h"
 
-enum { RECEIVE_BYTES = 4 << 20, FORMER = 4 };
+enum { RECEIVE_BYTES = 4 << 20, FORMER = 16 };
 
 struct source;
 struct stop_line;
@@ -44,6 +45,15 @@ struct source_counts {
   uint64_t abandoned; /* of `frames`, not put into the ring: the writer was dead */
 };
 
+enum vanished_state { SETTLED, JUST_GONE, BEING_READ };
+
+/* An interface that is gone. Its last frames may still be queued: it is settled when the queue has been empty since. */
+struct vanished {
+  struct tally tally;
+  uint64_t counter[LINK_COUNTERS]; /* the last that the kernel said of it */
+  int state;                       /* enum vanished_state */
+};
+
 struct source {
   struct source_spec spec;
   const struct source_settings *settings;
@@ -56,9 +66,10 @@ struct source {
 
   /* CAN */
   struct can_port port;
-  int gone; /* the interface does not exist at the moment */
-  int former
-      [FORMER]; /* indices of those that had the name and are gone: their last frames may still be queued */
+  int gone;                         /* the interface does not exist at the moment */
+  struct vanished vanished[FORMER]; /* those that had the name and are gone, the last one first */
+  struct tally tally;               /* of the interface that is recorded now */
+  int finishing;                    /* what comes from now on is left out */
   int excluded[CAN_PORT_EXCLUDED], excluded_count;
   struct link_state link; /* as it was at the start */
   struct link_stamps stamps_before;

@@ -81,50 +81,92 @@ static void ask_hardware_stamps(struct source *s) {
   if (s->hardware_stamps) link_ask_hardware_stamps(s->spec.name, &s->stamps_before);
 }
 
-/* Another interface has the name now. The one before has gone, and what it left in the queue is ours; or it has another name,
- * and is no longer what is recorded. */
-static void adopt(struct source *s, int index) {
+/* The interface of the name is another one now. The one before has gone, and what it left in the queue is ours; or it has
+ * another name, and is no longer what is recorded. */
+static void adopt(struct source *s, const struct link_state *now) {
   const int before = s->port.index;
-  if (s->gone) {
-    memmove(s->former + 1, s->former, (FORMER - 1) * sizeof s->former[0]);
-    s->former[0] = before;
-  }
-  s->port.index = index;
-  include(s, index);
+  s->port.index = now->index;
+  include(s, now->index);
   if (!s->gone) exclude(s, before);
   s->gone = 0;
+  tally_begin(&s->tally, now->index, now->driver, now->counter);
+  s->tally.begin_unknown = now->up && now->counter[LINK_RX_PACKETS] != 0;
+  s->tally.lost_before = s->count.lost;
   ask_hardware_stamps(s);
 }
 
-/* after lost events: what is so now */
+static void settle(struct source *s, struct vanished *v) {
+  struct item item = {.kind = ITEM_VANISHED, .source = s->index, .real_ns = clock_real_ns()};
+  const struct tally_missing missing = tally_missing(&v->tally, v->counter, s->count.lost);
+  item.is.vanished.index = v->tally.index;
+  item.is.vanished.read = v->tally.read;
+  item.is.vanished.received = missing.received;
+  item.is.vanished.lost = missing.lost;
+  item.is.vanished.more = missing.more;
+  item.is.vanished.unknown = missing.unknown;
+  v->state = SETTLED;
+  source_push(s, &item);
+}
+
+/* Its account waits until what it left in the queue has been read. */
+static void take_leave(struct source *s, const uint64_t counter[LINK_COUNTERS]) {
+  struct vanished *v = s->vanished, *last = v + FORMER - 1;
+  if (last->state != SETTLED) { /* so many within one look: what it left is not waited for */
+    last->tally.begin_unknown = 1;
+    settle(s, last);
+  }
+  memmove(v + 1, v, (FORMER - 1) * sizeof *v);
+  v->tally = s->tally;
+  memcpy(v->counter, counter, sizeof v->counter);
+  v->state = s->finishing ? SETTLED : JUST_GONE;
+  s->tally.index = 0;
+  s->gone = 1;
+}
+
+/* Events were lost: what is so now. Of an interface that came or went meanwhile the counters are not known. */
 static void look_again(struct source *s) {
   const int before = s->port.index;
-  const int now = can_port_look(&s->port);
+  struct link_state now = {.index = can_port_look(&s->port), .up = 1, .counter = {[LINK_RX_PACKETS] = 1}};
+  const uint64_t none[LINK_COUNTERS] = {0};
   s->port.index = before;
-  if (now && now != before) adopt(s, now);
+  if (!s->gone && !can_port_exists(&s->port)) {
+    s->tally.begin_unknown = 1;
+    take_leave(s, none);
+  }
+  if (now.index && now.index != before) adopt(s, &now);
 }
 
 static void follow_events(struct source *s) {
   struct link_event event;
   for (int n; s->events >= 0 && (n = link_next_event(s->events, &event)) != 0;) {
+    const struct link_state *now = &event.now;
     if (n < 0) look_again(s);
-    if (n < 0 || !event.is_can) continue;
+    if (n < 0 || !now->is_can) continue;
     if (event.gone) {
-      s->gone |= event.index == s->port.index;
-      include(s, event.index);
-    } else if (event.index != s->port.index && strcmp(event.name, s->spec.name) == 0) {
-      adopt(s, event.index);
+      if (now->index == s->port.index && !s->gone) take_leave(s, now->counter);
+      include(s, now->index);
+    } else if (now->index != s->port.index && strcmp(now->name, s->spec.name) == 0) {
+      adopt(s, now);
     }
   }
 }
 
+/* The tally of an interface that is ours, or was; NULL of another. */
+static struct tally *tally_of(struct source *s, int index) {
+  if (index == s->tally.index) return &s->tally;
+  for (int i = 0; i < FORMER; i++)
+    if (index == s->vanished[i].tally.index) return &s->vanished[i].tally;
+  return NULL;
+}
+
 /* An interface that is not known has an event in the queue that tells its name. */
-static int is_ours(struct source *s, int index) {
-  if (index == s->port.index || index == 0) return 1;
+static struct tally *whose(struct source *s, int index) {
+  struct tally *tally = tally_of(s, index);
+  if (tally) return tally;
   follow_events(s);
-  if (index == s->port.index || find(s->former, FORMER, index) >= 0) return 1;
-  exclude(s, index);
-  return 0;
+  tally = tally_of(s, index);
+  if (!tally) exclude(s, index);
+  return tally;
 }
 
 /* ---- opening the one and the other -------------------------------------------------------- */
@@ -136,6 +178,20 @@ static int query(struct source *s) {
   s->excluded_count = link_all_can(netlink, s->excluded, CAN_PORT_EXCLUDED);
   close(netlink);
   return result;
+}
+
+/* Its counters are read on either side of the beginning: what comes between may have been before it. */
+static int begin_to_count(struct source *s) {
+  struct link_state before = {.index = 0}, after = before;
+  const int netlink = link_open(0);
+  if (netlink >= 0) link_query_index(netlink, s->link.index, &before);
+  const int reason = begin_to_receive(s);
+  if (netlink >= 0) link_query_index(netlink, s->link.index, &after);
+  if (netlink >= 0) close(netlink);
+  tally_begin(&s->tally, s->link.index, before.driver, before.counter);
+  s->tally.begin_unknown = before.index != after.index || !before.index;
+  s->tally.spread = after.counter[LINK_RX_PACKETS] - before.counter[LINK_RX_PACKETS];
+  return reason;
 }
 
 static int no_such_interface(const struct source *s, struct app_error *error) {
@@ -169,7 +225,7 @@ static int open_can(struct source *s, struct app_error *error) {
   s->port.index = s->link.index;
   include(s, s->link.index);
   update_filter(s);
-  reason = begin_to_receive(s);
+  reason = begin_to_count(s);
   return reason ? refuse_kernel(s, reason, error) : 0;
 }
 
@@ -216,10 +272,13 @@ static void take(struct source *s, int i) {
   }
   if (item.real_ns == 0) item.real_ns = clock_real_ns();
   report_drops(s, drops, item.real_ns);
-  if (!is_ours(s, can_batch_interface(s->batch, i))) {
+  struct tally *tally = whose(s, can_batch_interface(s->batch, i));
+  if (!tally) {
     source_add(&s->count.foreign, 1);
     return;
   }
+  tally->own += (uint64_t)can_batch_is_own(s->batch, i);
+  tally->read += (uint64_t)(tally->counts_own || !can_batch_is_own(s->batch, i));
   if (item.hardware_ns) stamp_pair_publish(&s->pair, item.hardware_ns, item.real_ns);
   source_add(item.kind == ITEM_FRAME ? &s->count.frames : &s->count.errors, 1);
   s->last_ns = item.real_ns;
@@ -267,11 +326,31 @@ static void read_drop_counter(struct source *s) {
     report_drops(s, memory[SK_MEMINFO_DROPS], clock_real_ns());
 }
 
+static int change_all(struct source *s, int from, int to) {
+  int changed = 0;
+  for (int i = 0; i < FORMER; i++) {
+    if (s->vanished[i].state != from) continue;
+    s->vanished[i].state = to;
+    changed++;
+  }
+  return changed;
+}
+
+/* What they left is in the queue by now, and so it has been read when that was empty once. */
+static int settle_those_that_are_gone(struct source *s) {
+  if (!change_all(s, JUST_GONE, BEING_READ)) return 0;
+  if (drain(s) != 0) return -1;
+  read_drop_counter(s);
+  for (int i = FORMER - 1; i >= 0; i--)
+    if (s->vanished[i].state == BEING_READ) settle(s, &s->vanished[i]);
+  return 0;
+}
+
 /* what is queued first, then what has become of the interface */
 static int read_can(struct source *s) {
   const int result = drain(s);
   follow_events(s);
-  return result;
+  return result != 0 ? result : settle_those_that_are_gone(s);
 }
 
 static int read_inherited(struct source *s) {
@@ -280,6 +359,8 @@ static int read_inherited(struct source *s) {
 
 /* Frames that come from now on are not ours: what has come until now can then be read to its end. */
 static void finish_can(struct source *s) {
+  read_can(s);
+  s->finishing = 1;
   setsockopt(s->fd, SOL_CAN_RAW, CAN_RAW_FILTER, NULL, 0);
   set_int(s->fd, SOL_CAN_RAW, CAN_RAW_ERR_FILTER, 0);
   clock_sleep_until(clock_mono_ns() + SETTLE_NS);

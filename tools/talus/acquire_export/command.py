@@ -1,5 +1,7 @@
 """talus-acquire-export: the command line, and the way from a record to a recording."""
 
+import contextlib
+import ctypes
 import json
 import math
 import os
@@ -12,7 +14,7 @@ import talus
 from talus import command_line, outputs
 from talus.refused import Refused
 
-from . import events, record, report, streams, table, ticks
+from . import decimals, events, record, report, streams, table, ticks
 from .bench_model import BenchModel
 from .layout import Database
 from .spool import Store
@@ -40,6 +42,7 @@ Exit status 1: something was lost; the recording is written all the same.
 LONG = ["dbc=", "model=", "out=", "report=", "rate=", "interface=", "channel=", "side=", "quiet", "help", "version"]
 SHORT = {"-d": "--dbc", "-m": "--model", "-o": "--out", "-q": "--quiet", "-h": "--help"}
 SCHEMA = "talus-export/1"
+M_TRIM_THRESHOLD, M_MMAP_THRESHOLD = -1, -3  # malloc.h
 LEAST_ROWS = 100  # of a recording
 ROWS_AT_ONCE = 5_000  # that are turned into text
 
@@ -136,6 +139,10 @@ class Findings:
                                  f"behind its frame {drop['after']}")  # fmt: skip
         if beside.more:
             self.lost.append(f"{beside.more} more losses and changes of bus and interface")
+        if beside.perhaps_lost:
+            self.lost.append(f"perhaps {beside.perhaps_lost} more frames lost, where an interface vanished")
+        if beside.not_known:
+            self.lost.append(f"an interface vanished {beside.not_known} times: how many frames were on their way is not known")
         if beside.edges_lost:
             self.lost.append(f"{beside.edges_lost} edges of GPIO lines lost")
         for state in beside.states:
@@ -169,7 +176,8 @@ class Findings:
 
 
 def say(text):
-    print(f"{NAME}: {text}", file=sys.stderr)
+    shown = "".join(c if c.isprintable() else "?" for c in text)  # an interface's name may hold any character
+    print(f"{NAME}: {shown}", file=sys.stderr)
 
 
 # ---- the way ----------------------------------------------------------------------------
@@ -202,18 +210,18 @@ def check_base(names, required):
     return motor + [name for name in required if name not in motor]
 
 
-def decimals(step):
-    return min(max(math.ceil(2 - math.log10(step)), 0), 12) if step > 0 else 9
+def places_of(step):
+    return min(max(math.ceil(2 - math.log10(step)), 0), 12) if 0 < step < math.inf else 9
 
 
 def recording_text(found, columns):
     """The recording's bytes, some thousand rows at a time."""
-    line = ",".join(["%.7f", *(f"%.{decimals(columns[name].step)}f" for name in found.names)]) + "\n"
+    places = [7, *(places_of(columns[name].step) for name in found.names)]
     yield (",".join(["time_s", *found.names]) + "\n").encode()
     first_ns = found.first_ns
     for rows in found.rows.chunks(ROWS_AT_ONCE):
         values = np.column_stack([(rows["time_ns"] - first_ns) / 1e9, rows["value"]])
-        yield (line * len(rows) % tuple(values.ravel().tolist())).encode()
+        yield decimals.lines(values, places)
 
 
 def read_streams(options, findings, store):
@@ -302,8 +310,18 @@ def tell(options, findings, summary):
     say(f"{options.given['out']}: {summary['rows']} samples in {summary['duration_s']:.3f} s{left_out}")
 
 
+def keep_freed_memory():
+    """Arrays of some hundred kilobytes come and go all the time: what one leaves the next one takes, instead of new pages from the
+    kernel each time. Where the C library knows no such thing it stays as it is."""
+    with contextlib.suppress(OSError, AttributeError):
+        tune = ctypes.CDLL(None).mallopt
+        tune(M_MMAP_THRESHOLD, 32 << 20)
+        tune(M_TRIM_THRESHOLD, 128 << 20)
+
+
 def run(arguments):
     """The program; raises Refused. Its status: 1 where frames were lost."""
+    keep_freed_memory()
     options = Options(arguments)
     if command_line.answered([f"--{name}" for name in options.given], NAME, USAGE):
         return 0

@@ -15,6 +15,7 @@ MOST_TOLD = 1000  # drops, and changes of bus and link
 MANY_CLOCKS, MOST_CLOCKS = 50_000, 150_000  # readings: from there on those are left out that lie nearer than
 APART_NS = 20 * 10**9
 MOST_LINES = 1000
+MOST_MONO_NS, MOST_REAL_NS = 1 << 60, 1 << 62  # 36 years after the start, 146 after 1970: no reading is later
 
 
 def whole(entry, key, otherwise=None):
@@ -42,6 +43,8 @@ class Events:
     drops: list = field(default_factory=list)  # what the recorder itself says it lost, the first ones
     states: list = field(default_factory=list)  # changes of bus and link, the first ones
     dropped: int = 0  # frames of all drops
+    perhaps_lost: int = 0  # more frames, at most, where interfaces vanished
+    not_known: int = 0  # interfaces that vanished, of which nobody has counted what was on its way
     more: int = 0  # drops and changes that were too many
     errors: int = 0  # error frames
     edges_lost: int = 0
@@ -79,6 +82,8 @@ class Events:
     def take_clock(self, entry):
         """Of very many readings those are enough that lie some seconds apart."""
         clock = Clock(whole(entry, "mono_ns"), whole(entry, "real_ns"), whole(entry, "width_ns", 0), entry.get("set") is True)
+        if not (0 <= clock.mono_ns < MOST_MONO_NS and 0 <= clock.real_ns < MOST_REAL_NS):
+            raise ValueError("mono_ns, real_ns")
         if len(self.clocks) >= MOST_CLOCKS:
             if is_step(self.clocks[-1], clock) or clock.mono_ns - self.clocks[-2].mono_ns >= APART_NS:
                 raise Refused(2, f"{self.path}: more than {MOST_CLOCKS} readings of the clocks")
@@ -104,6 +109,13 @@ class Events:
                 "after": whole(entry, "after", 0)}  # fmt: skip
         self.dropped += drop["lost"]
         self.add(self.drops, drop)
+
+    def take_vanished(self, entry):
+        """An interface that is gone: what it had counted and nobody has read, and whether that is all."""
+        if whole(entry, "lost", 0):
+            self.take_drop({**entry, "where": "interface"})
+        self.perhaps_lost += whole(entry, "perhaps_lost", 0)
+        self.not_known += entry.get("known") is False
 
     def take_bus_state(self, entry, kind="bus state"):
         self.add(self.states, {"source": word(entry, "source"), "type": kind, "state": word(entry, "state"),

@@ -23,6 +23,7 @@ UNITS = {  # of a column's name: what a signal's unit is worth in it
 COLUMN = (("number", "i8"), ("time_ns", "f8"), ("value", "f8"))  # of a channel's spool
 MOST_COUNT_BITS = 48  # of an encoder
 MOST_FINER = 16  # samples of an even grid for each that there is
+LARGEST_RAW = 2.0**64  # of a whole number in a frame
 GAP_PERIODS = 2.5  # neighbours further apart than this are not joined by a straight line
 
 
@@ -92,6 +93,9 @@ def plain(column, model):
     if column.field.unit not in units:
         raise Refused(2, f"{column.stream.message.name}.{column.field.name}: the unit '{column.field.unit}' is none for "
                          f"{column.name}; expected {' or '.join(units)}, or count for an encoder")  # fmt: skip
+    if not (math.isfinite(column.field.scale * LARGEST_RAW) and math.isfinite(column.field.offset)):
+        raise Refused(2, f"{column.stream.message.name}.{column.field.name}: factor {column.field.scale:g} and offset "
+                         f"{column.field.offset:g} give no finite values")  # fmt: skip
     factor = units[column.field.unit]
     if column.name.endswith("_current_A") and "bus" in model.tree:
         factor *= model.bus(joint_of(column.name), "current")["sign"]

@@ -1,0 +1,51 @@
+"""talus-acquire with a cure taken out, to see a test fail that the whole program passes.
+
+    path = uncured(tmp_path, SYNC_IGNORED)
+    with FrameSource(tmp_path / "r", path=path) as source: ...
+
+A cure is taken out as (file, its text, the text without it). The file alone is compiled anew and linked with the build's own objects.
+"""
+
+import subprocess
+
+from support import BUILD, REPOSITORY, make_variable
+
+SOURCES = sorted(path.relative_to(REPOSITORY) for pattern in ("*.c", "*/*.c") for path in REPOSITORY.glob(f"apps/acquire/{pattern}"))
+FLAGS = ("-std=c99", "-D_POSIX_C_SOURCE=200809L", "-D_FILE_OFFSET_BITS=64", "-pthread", "-O1")
+
+# the disk's answer is not looked at
+SYNC_IGNORED = (("record/file_pair.c", "    fail(pair, which, errno);\n    __atomic_store_n(&pair->sync_failed, 1, __ATOMIC_RELEASE);\n    return -1;\n",
+                 "    return 0;\n"),)  # fmt: skip
+# nobody compares what was read with what was written
+NO_BALANCE = (("record/account.c", "  return apart(a->read,", "  return 0 * apart(a->read,"),
+              ("record/account.c", "         apart(a->frames,", "         0 * apart(a->frames,"))  # fmt: skip
+# a stamp at the end of time is never the earliest
+LAST_STAMP_WAITS = (("record/writer.c", "(chosen < 0 || at < earliest)", "at < earliest"), *NO_BALANCE)
+# what an interface had counted when it vanished is not compared with what was read
+NO_TALLY = (("source/source_can.c", "v->state = s->finishing ? SETTLED : JUST_GONE;", "v->state = SETTLED;"),)
+# the socket is bound to the interface, and its error is all that is read when that has gone
+BOUND = (("source/can_port.c", "all = {.can_family = AF_CAN};", "all = {.can_family = AF_CAN, .can_ifindex = port->index};"),
+         ("source/source_can.c", "if (n < 0 && errno != EAGAIN && errno != EWOULDBLOCK) return -1;", "if (n < 0) return 0;"), *NO_TALLY)  # fmt: skip
+# another interface that takes the name is not followed
+OTHER_NOT_FOLLOWED = (("source/source_can.c", "      adopt(s, now);\n    }\n  }", "    }\n  }"),)
+
+
+def uncured(folder, changes):
+    """The program's path. Each text must stand in its file once, so that a change of the source is noticed here."""
+    folder.mkdir(parents=True, exist_ok=True)
+    objects = BUILD / "obj" / (BUILD / "flags").read_text().strip()
+    link = {source: objects / source.with_suffix(".o") for source in SOURCES}
+    for name in {name for name, _, _ in changes}:
+        source = REPOSITORY / "apps/acquire" / name
+        text = source.read_text()
+        for cure, before in [change[1:] for change in changes if change[0] == name]:
+            assert text.count(cure) == 1, (name, cure)
+            text = text.replace(cure, before)
+        changed = folder / source.name
+        changed.write_text(text)
+        made = link[source.relative_to(REPOSITORY)] = changed.with_suffix(".o")
+        subprocess.run(["gcc", *FLAGS, f"-I{source.parent}", f"-I{REPOSITORY}/include", f"-I{REPOSITORY}/apps", "-w", "-c", "-o", made, changed], check=True)
+    path = folder / "talus-acquire"
+    libraries = [objects / "libcommon.a", BUILD / "lib/libtalus.a", *make_variable("APP_LIBS"), *make_variable("GPIOD_LIBS")]
+    subprocess.run(["gcc", "-pthread", "-o", path, *link.values(), *libraries], check=True)
+    return path
