@@ -476,6 +476,38 @@ bench:
 	$(again) all test-programs
 	$(Q)$(run_env) tools/bench/run $(BENCH)
 
+# ---- docs site --------------------------------------------------------------
+
+.PHONY: docs docs-site
+docs:
+	@tools/setup docs
+	$(again) docs-site
+	@ls $(BUILD)/docs/index.html
+
+# A link that leads nowhere is an error.
+docs-site:
+	$(say) GEN '$(BUILD)/docs'
+	$(Q)rm -rf $(BUILD)/docs
+	$(Q)$(PYTHON) -m sphinx -q -W --keep-going -j auto -b html -c tools/docs -d $(BUILD)/docs-work . $(BUILD)/docs
+
+# ---- wheel ------------------------------------------------------------------
+
+.PHONY: wheel wheel-file
+# For any Python 3 on this processor and a glibc as new as the one here needs; docs/python.md says what is in it.
+wheel:
+	@tools/setup package
+	$(again) wheel-file
+	@ls $(BUILD)/wheel/*.whl
+
+# libtalus.so.0 lies in the wheel already; the other libraries that ours are linked with are copied into it.
+wheel-file:
+	$(say) GEN '$(BUILD)/wheel'
+	$(Q)rm -rf $(BUILD)/wheel
+	$(Q)$(PYTHON) -m pip wheel --quiet --no-build-isolation --no-deps --wheel-dir $(BUILD)/wheel/plain .
+	$(Q)PATH='$(abspath $(dir $(PYTHON)))':"$$PATH" $(PYTHON) -m auditwheel repair --strip --exclude $(SONAME) \
+	  --wheel-dir $(BUILD)/wheel $(BUILD)/wheel/plain/*.whl 2>$(BUILD)/wheel/log || { cat $(BUILD)/wheel/log; exit 1; }
+	$(Q)rm -rf $(BUILD)/wheel/plain
+
 # ---- install ----------------------------------------------------------------
 
 .PHONY: install uninstall
@@ -488,7 +520,20 @@ INSTALLED_PYTHON := python apps/page/assets $(PYTHON_FOLDERS)
 INCLUDEDIR ?= $(PREFIX)/include
 INSTALL ?= install
 
-install: all $(BUILD)/talus.pc
+# A manual page is what its program says of itself.
+MANDIR ?= $(PREFIX)/share/man
+SHAREDIR = $(PREFIX)/share/talus
+DOCDIR ?= $(PREFIX)/share/doc/talus
+MAN_NAMES := $(PYTHON_PROGRAMS) $(if $(APP_MISSING),,$(notdir $(PROGRAMS)))
+MAN_PAGES := $(MAN_NAMES:%=$(BUILD)/man/%.1)
+$(PYTHON_PROGRAMS:%=$(BUILD)/man/%.1): $(shell find tools/talus -name '*.py')
+$(BUILD)/man/%.1: $(BUILD)/bin/% tools/man_page | library python-side
+	$(say) GEN $@
+	@mkdir -p $(@D)
+	$(Q)if tools/man_page $< $(VERSION) >$@.new 2>/dev/null; then mv $@.new $@; \
+	  else rm -f $@.new; echo 'not made: $@, because $(<F) --help does not run; `make deps` installs what it needs'; fi
+
+install: all $(BUILD)/talus.pc $(MAN_PAGES)
 	$(say) COPY '$(DESTDIR)$(PREFIX)'
 	$(Q)$(INSTALL) -d '$(DESTDIR)$(BINDIR)' '$(DESTDIR)$(LIBDIR)/pkgconfig' '$(DESTDIR)$(INCLUDEDIR)/talus'
 	$(Q)$(foreach h,$(HEADERS),$(INSTALL) -D -m 644 $(h) '$(DESTDIR)$(INCLUDEDIR)/$(h:include/%=%)' &&) true
@@ -499,6 +544,12 @@ install: all $(BUILD)/talus.pc
 	$(Q)ln -sf $(SONAME) '$(DESTDIR)$(LIBDIR)/libtalus.so'
 	$(Q)$(INSTALL) -m 644 $(BUILD)/talus.pc '$(DESTDIR)$(LIBDIR)/pkgconfig'
 	$(Q)$(if $(wildcard $(PROGRAMS)),$(INSTALL) -m 755 $(wildcard $(PROGRAMS)) '$(DESTDIR)$(BINDIR)')
+	$(Q)$(INSTALL) -d '$(DESTDIR)$(MANDIR)/man1' '$(DESTDIR)$(SHAREDIR)/models' '$(DESTDIR)$(DOCDIR)/docs/images'
+	$(Q)for page in $(MAN_PAGES); do [ ! -e $$page ] || $(INSTALL) -m 644 $$page '$(DESTDIR)$(MANDIR)/man1'; done
+	$(Q)$(INSTALL) -m 644 models/* '$(DESTDIR)$(SHAREDIR)/models'
+	$(Q)$(INSTALL) -m 644 README.md README.zh.md CHANGELOG.md LICENSE '$(DESTDIR)$(DOCDIR)'
+	$(Q)$(INSTALL) -m 644 docs/*.md '$(DESTDIR)$(DOCDIR)/docs'
+	$(Q)$(INSTALL) -m 644 docs/images/* '$(DESTDIR)$(DOCDIR)/docs/images'
 	$(Q)$(INSTALL) -d $(INSTALLED_PYTHON:%='$(DESTDIR)$(HOMEDIR)/%')
 	$(Q)for d in $(PYTHON_FOLDERS) apps/page/assets; do \
 	  $(INSTALL) -m 644 $$(find "$$d" -maxdepth 1 -type f) '$(DESTDIR)$(HOMEDIR)'/"$$d"; done
@@ -509,7 +560,8 @@ install: all $(BUILD)/talus.pc
 	  chmod 755 '$(DESTDIR)$(BINDIR)/$(p)' &&) true
 
 uninstall:
-	$(Q)rm -rf '$(DESTDIR)$(INCLUDEDIR)/talus' '$(DESTDIR)$(HOMEDIR)'
+	$(Q)rm -rf '$(DESTDIR)$(INCLUDEDIR)/talus' '$(DESTDIR)$(HOMEDIR)' '$(DESTDIR)$(SHAREDIR)' '$(DESTDIR)$(DOCDIR)'
+	$(Q)rm -f $(MAN_NAMES:%='$(DESTDIR)$(MANDIR)/man1/%.1')
 	$(Q)rm -f $(PYTHON_PROGRAMS:%='$(DESTDIR)$(BINDIR)/%')
 	$(Q)rm -f '$(DESTDIR)$(LIBDIR)'/libtalus.a '$(DESTDIR)$(LIBDIR)'/libtalus.so* '$(DESTDIR)$(LIBDIR)'/libtalus_files.so \
 	  '$(DESTDIR)$(LIBDIR)/pkgconfig/talus.pc' $(PROGRAMS:$(BUILD)/bin/%='$(DESTDIR)$(BINDIR)/%')
@@ -562,6 +614,8 @@ help:
 	@echo 'make camera        what a camera tells it of pairs of causes that are alike; SEED, COUNT, JOBS'
 	@echo 'make bench         compare speed with peers (installs them); BENCH=signals: one of them'
 	@echo 'make deps          install what is missing: apt packages, .venv'
+	@echo 'make docs          these pages as a site, in $(BUILD)/docs/'
+	@echo 'make wheel         the Python package as a file for pip, with its libraries, in $(BUILD)/wheel/'
 	@echo 'make install       DESTDIR, PREFIX ($(PREFIX)); make uninstall'
 	@echo 'make lint format compile_commands.json clean'
 	@echo 'variables: V=1 CC CFLAGS LDFLAGS BUILD TESTS=tests/test_x.py PYTEST_FLAGS'

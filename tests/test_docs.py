@@ -26,6 +26,7 @@ import pytest
 from support import BUILD, REPOSITORY, run
 
 PAGES = ["README.md", *sorted(f"docs/{path.name}" for path in (REPOSITORY / "docs").glob("*.md"))]
+CHINESE = "README.zh.md"
 BLOCK = re.compile(r"(?:<!-- file: (\S+) -->\n)?^```(\w*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 NUMBER = re.compile(r"[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?")
 
@@ -186,7 +187,7 @@ def anchors(path):
     return {re.sub(r"[^\w\- ]", "", title.lower()).strip().replace(" ", "-") for title in titles}
 
 
-@pytest.mark.parametrize("page", [*PAGES, "tests/README.md", "CHANGELOG.md"])
+@pytest.mark.parametrize("page", [*PAGES, CHINESE, "tests/README.md", "CHANGELOG.md"])
 def test_links_lead_somewhere(page):
     text = re.sub(r"```.*?```", "", (REPOSITORY / page).read_text(), flags=re.DOTALL)
     for target in re.findall(r"\]\(([^)\s]+)\)", text):
@@ -204,6 +205,32 @@ def test_every_command_and_every_page_is_in_the_readme():
         assert f"docs/{program.name}.md" in text and (REPOSITORY / f"docs/{program.name}.md").exists()
     for page in PAGES[1:]:
         assert f"]({page}" in text, f"{page} is not linked"
+
+
+# ---- the other language ------------------------------------------------------------------
+
+
+def without_comments(text):
+    return [re.split(r"\s+# ", line)[0].rstrip() for line in text.splitlines()]
+
+
+def commands(page):
+    """All that is run or shown: fenced blocks, indented lines and the commands of tables, without comments, which are translated."""
+    text = BLOCK.sub("", (REPOSITORY / page).read_text())
+    indented = [line for line in without_comments(text) if line.startswith("    ")]
+    spoken = sorted(set(re.findall(r"`((?:make|pip|talus)[-. ][^`]+)`", text)))
+    return [(name, kind, without_comments(block)) for name, kind, block in blocks(page)], indented, spoken
+
+
+def test_the_chinese_readme_has_the_commands_links_and_figures_of_the_english_one():
+    """So that what runs here of the one is true of the other."""
+    assert commands(CHINESE) == commands("README.md") and len(commands(CHINESE)[0]) > 6
+    english, chinese = ((REPOSITORY / page).read_text() for page in ("README.md", CHINESE))
+    links = [re.findall(r"\]\(([^)\s]+)\)", text) for text in (english, chinese)]
+    assert set(links[0]) - {CHINESE} == set(links[1]) - {"README.md"}
+    assert CHINESE in links[0] and "README.md" in links[1]
+    tables = [[re.findall(r"\d[\d.,]*\d|\d", row) for row in re.findall(r"^\|.*$", text, re.MULTILINE)] for text in (english, chinese)]
+    assert [sorted(row) for row in tables[0]] == [sorted(row) for row in tables[1]]
 
 
 def test_commands_pages_name_every_option():

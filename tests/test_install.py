@@ -2,11 +2,12 @@
 
 import json
 import os
+import re
 import subprocess
 import sys
 
 import pytest
-from support import REPOSITORY, make_variable
+from support import BUILD, REPOSITORY, make_variable, run
 
 pytestmark = [pytest.mark.release, pytest.mark.builds]
 
@@ -88,6 +89,34 @@ def test_the_commands_that_are_python_run_from_where_they_are_installed(tmp_path
     run("talus-sim", "--model", model, "--out", "leg.csv", "--duration", "20")
     run("talus-gap", "--model", model, "--report", "gap.json", "--html", "gap.html", "leg.csv")
     assert json.loads((tmp_path / "gap.json").read_text())["schema"] == "talus-gap/1"
+
+
+def words_of(text):
+    """The words of a page or a help, without roff's."""
+    plain = re.sub(r"^\.(TH.*|SH.*|TP|nf|fi|B )", "", text, flags=re.MULTILINE)
+    return plain.replace(r"\-", "-").replace(r"\e", "\\").replace(r"\&", "").split()
+
+
+@pytest.mark.parametrize("program", sorted(path.name for path in (BUILD / "bin").glob("talus-*")))
+def test_a_manual_page_says_what_the_help_says(program, installed):
+    page = (installed / f"opt/talus/share/man/man1/{program}.1").read_text()
+    told = run(program, "--help").stdout
+    assert page.startswith(f'.TH {program.upper()} 1 "" "talus {make_variable("VERSION")[0]}"')
+    for section in ("NAME", "SYNOPSIS", "OPTIONS"):
+        assert f"\n.SH {section}\n" in page
+    options = re.findall(r"^  (?:-\w, |    )--([\w-]+)", told, re.MULTILINE)
+    entries = [line for line in page.replace(r"\-", "-").splitlines() if line.startswith(".B ")]
+    assert [re.search(r"--([\w-]+)", line)[1] for line in entries if "--" in line] == options
+    # every word is there, in whatever order, with the program's name once more before its summary
+    assert sorted([*words_of(told.removeprefix("usage: ")), program, "-"]) == sorted(words_of(page))
+
+
+def test_models_bus_and_docs_are_installed(installed):
+    share = installed / "opt/talus/share"
+    for place, source in (("talus/models", "models"), ("doc/talus/docs", "docs"), ("doc/talus/docs/images", "docs/images")):
+        there = {path.name for path in (REPOSITORY / source).iterdir() if path.is_file()}
+        assert {path.name for path in (share / place).iterdir() if path.is_file()} == there, place
+    assert {"README.md", "README.zh.md", "CHANGELOG.md", "LICENSE"} <= {path.name for path in (share / "doc/talus").iterdir()}
 
 
 def test_uninstall_leaves_nothing(tmp_path):

@@ -1,6 +1,5 @@
 """talus.read, simulate and diagnose: what the commands say, as objects that compare, pickle and print themselves."""
 
-import doctest
 import json
 import pickle
 
@@ -79,11 +78,3 @@ def test_what_the_commands_refuse_is_refused_in_their_words(tmp_path):
             bad()
     with pytest.raises(talus.InputError, match="no recording"):
         talus.diagnose(model, [])
-
-
-def test_the_examples_of_docstrings_run(monkeypatch):
-    from talus import programs
-
-    monkeypatch.chdir(REPOSITORY)
-    ran = doctest.testmod(programs, extraglobs={"talus": talus})
-    assert ran.failed == 0 and ran.attempted >= 6

@@ -12,11 +12,24 @@ from pathlib import Path
 
 from setuptools.build_meta import *  # noqa: F403  every hook that is not below
 from setuptools.build_meta import build_wheel as _build_wheel
+from setuptools.command.bdist_wheel import bdist_wheel
 
 ROOT = Path(__file__).resolve().parents[2]
 STAGE = ROOT / "build" / "package"
 BUILT = {"lib": "lib/*.so", "python": "python/talus_*.h", "bin": "bin/talus-*"}
 GENERATED_FOR_A_CHECKOUT = ("talus-gap", "talus-import", "talus-acquire-export", "talus-export-simulator")  # the package has scripts of its own for these
+NOT_FOR_PYTHON = ("talus-track",)  # nothing in the package calls it, and OpenCV, which it is linked with, is larger than all the rest
+
+
+class Wheel(bdist_wheel):
+    """A wheel for one machine and any Python 3: the libraries are opened by cffi, not made for one interpreter."""
+
+    def finalize_options(self):
+        self.distribution.has_ext_modules = lambda: True  # what lies in the package is machine code
+        super().finalize_options()
+
+    def get_tag(self):
+        return "py3", "none", super().get_tag()[2]
 
 
 def stage():
@@ -29,7 +42,7 @@ def stage():
     for folder, pattern in BUILT.items():
         (package / "_native" / folder).mkdir(parents=True)
         for path in (ROOT / "build").glob(pattern):
-            if path.name not in GENERATED_FOR_A_CHECKOUT:
+            if path.name not in (*GENERATED_FOR_A_CHECKOUT, *NOT_FOR_PYTHON):
                 shutil.copy2(path, package / "_native" / folder)
     shutil.copytree(ROOT / "apps" / "page" / "assets", package / "_native" / "assets")
     shutil.copy2(make_variable(make, "ASSET_CHART"), package / "_native" / "assets" / "chart.min.js")

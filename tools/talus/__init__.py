@@ -27,7 +27,7 @@ from .model import Model, plants, score_settings
 from .page import Page
 from .programs import Diagnosis, diagnose, read, simulate
 from .recording import Recording, channel_set, channels
-from .scoring import Panel, measured, panels, score
+from .scoring import Panel, Prediction, compare, measured, panels, score
 
 __all__ = [
     "BUILD",
@@ -37,12 +37,14 @@ __all__ = [
     "Model",
     "Page",
     "Panel",
+    "Prediction",
     "Recording",
     "Regression",
     "TalusError",
     "channel_set",
     "channels",
     "check",
+    "compare",
     "constants",
     "diagnose",
     "ffi",

@@ -34,6 +34,10 @@ def pointer(array: Array | None) -> Any:
     Nothing is copied: what the library writes stands in the array. The array must
     be C-contiguous and of a type that C knows, or TypeError is raised; use
     numpy.ascontiguousarray(x, dtype=float) for what comes from elsewhere.
+
+    >>> angles, moments = numpy.array([0.0, 0.5]), numpy.empty(2)
+    >>> talus.pointer(angles)[1]
+    0.5
     """
     if array is None:
         return ffi.NULL
@@ -74,3 +78,14 @@ def vector(name: str, values: ArrayLike, length: int) -> Array:
     if not numpy.isfinite(array).all():
         raise ValueError(f"{name}: expected finite numbers, found NaN or infinity")
     return array
+
+
+def same(one: Any, other: Any) -> bool:
+    """Are two results of one type equal field by field? Arrays by their values, where NaN is like NaN."""
+    if type(one) is not type(other):
+        return False
+    if isinstance(one, numpy.ndarray):
+        return bool(one.dtype == other.dtype and numpy.array_equal(one, other, equal_nan=one.dtype.kind == "f"))
+    if isinstance(one, dict):
+        return list(one) == list(other) and all(same(value, other[key]) for key, value in one.items())
+    return bool(one == other)

@@ -83,7 +83,14 @@ constants.TL_VERSION = ".".join(
 
 
 class TalusError(Exception):
-    """A call answered a failure; `status` is its tl_status, e.g. lib.TL_ERR_RANGE."""
+    """A call answered a failure; `status` is its tl_status, e.g. lib.TL_ERR_RANGE.
+
+    >>> try:
+    ...     talus.check(talus.lib.tl_model_init(talus.ffi.new("tl_model *"), 99))
+    ... except talus.TalusError as error:
+    ...     print(error.status == talus.lib.TL_ERR_ARGUMENT, error)
+    True invalid argument
+    """
 
     def __init__(self, status: int) -> None:
         super().__init__(ffi.string(lib.tl_status_text(status)).decode())
@@ -91,13 +98,24 @@ class TalusError(Exception):
 
 
 def check(status: int) -> None:
-    """Raises TalusError unless `status` is TL_OK."""
+    """Raises TalusError unless `status` is TL_OK.
+
+    >>> arm = talus.ffi.new("tl_model *")
+    >>> talus.check(talus.lib.tl_model_init(arm, talus.lib.TL_PLANT_PENDULUM))
+    """
     if status != lib.TL_OK:
         raise TalusError(status)
 
 
 class InputError(ValueError):
-    """A model or a recording cannot be read; the text names file, line and what was expected, as the programs do."""
+    """A model or a recording cannot be read; the text names file, line and what was expected, as the programs do.
+
+    >>> try:
+    ...     talus.Model.from_text("plant: pendulum\\nmass: 1")
+    ... except talus.InputError as error:
+    ...     print(error)
+    model:2: ...
+    """
 
 
 @functools.cache

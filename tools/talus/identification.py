@@ -10,16 +10,20 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
-
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy
 from numpy.typing import ArrayLike
 
+from . import _drawing
 from ._arrays import Array, pointer, vector
 from ._library import TalusError, check, constants, ffi, lib
 from .model import Model
 from .recording import Recording, score_of
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+    from pandas import DataFrame
 
 Window = tuple[int, float]  # order, length [s]
 SAMPLE_ROWS = 8192  # rows of a recording that its sensing is measured on
@@ -39,7 +43,14 @@ class Rows:
 
 class Regression:
     """The rows of one recording under one model. `window` (order, length in s) reaches across stops; `window_hz` is the
-    low-pass frequency that the windows of the motion suit, the score's where it is not given."""
+    low-pass frequency that the windows of the motion suit, the score's where it is not given.
+
+    >>> model = talus.read("models/pendulum.yaml")
+    >>> regression = talus.Regression(model, talus.simulate(model, duration_s=20))
+    >>> rows = regression.rows()[0][0]  # of the first joint, the first segment
+    >>> rows.x.shape == (len(rows.t), len(model.base)), regression.motion()["v"].shape
+    (True, (1, 5000))
+    """
 
     def __init__(self, model: Model, recording: Recording, window: Window | None = None, window_hz: float | None = None) -> None:
         recording.check_channels(model)
@@ -148,13 +159,28 @@ def _nearest(t: Array, known: Array) -> Array:
 
 
 def predict(model: Model, recording: Recording, window: Window | None = None) -> Array:
-    """What `model` predicts for a recording's rows, (joints, n)."""
+    """What `model` predicts for a recording's rows, (joints, n) in Nm (N on a slider), as talus-predict. `window` as in
+    Regression. ValueError names columns that the recording lacks. With what was measured beside it: `compare`.
+
+    >>> model = talus.read("models/leg.yaml")
+    >>> talus.predict(model, talus.simulate(model, duration_s=20)).shape
+    (2, 5000)
+    """
     return Regression(model, recording, window).predict(model.base)
 
 
 @dataclass
 class Fit:
-    """What `identify` answers; see tl_identify_result for the meaning of each figure."""
+    """What `identify` answers: `model` with the fitted values; by name each of `parameters`, its standard deviation `sigma` and
+    whether the data fix it (`identifiable`); `base` and `base_sigma` of what enters linearly; `null_space`, directions in which
+    parameters move without a change of torque. tl_identify_result has the meaning of each figure. Fits print themselves,
+    compare and pickle.
+
+    >>> model = talus.read("models/pendulum.yaml")
+    >>> fit = talus.identify(model, [talus.simulate(model, duration_s=20)])
+    >>> fit.sigma["inertia_kg_m2"] < 0.01 * fit.parameters["inertia_kg_m2"], fit.null_space
+    (True, [])
+    """
 
     model: Model
     parameters: dict[str, float]
@@ -174,6 +200,35 @@ class Fit:
         lines = [f"{name:24} {value:12.6g} +- {self.sigma[name]:.2g}" + ("" if self.identifiable[name] else "  (not identifiable)")
                  for name, value in self.parameters.items()]  # fmt: skip
         return "\n".join(lines)
+
+    def to_pandas(self) -> DataFrame:
+        """A row for each parameter: value, sigma, identifiable. ImportError where pandas is missing.
+
+        >>> model = talus.read("models/pendulum.yaml")
+        >>> fit = talus.identify(model, [talus.simulate(model, duration_s=20)])
+        >>> bool(fit.to_pandas().loc["inertia_kg_m2", "identifiable"])
+        True
+        """
+        columns = {name: list(getattr(self, field).values())
+                   for name, field in (("value", "parameters"), ("sigma", "sigma"), ("identifiable", "identifiable"))}  # fmt: skip
+        return _drawing.frame(columns, list(self.parameters))
+
+    def plot(self) -> Figure:
+        """A figure that says how sure each parameter is: three standard deviations in percent of the value, on a logarithmic
+        scale. What the data cannot fix has no bar. ImportError where matplotlib is missing.
+
+        >>> model = talus.read("models/pendulum.yaml")
+        >>> fit = talus.identify(model, [talus.simulate(model, duration_s=20)])
+        >>> len(fit.plot().axes[0].patches) == sum(fit.identifiable.values())
+        True
+        """
+        names = [name for name, known in self.identifiable.items() if known and self.parameters[name] != 0.0]
+        figure, plots = _drawing.axes(1)
+        plots[0, 0].barh(names, [300.0 * self.sigma[name] / abs(self.parameters[name]) for name in names])
+        plots[0, 0].set_xscale("log")
+        plots[0, 0].invert_yaxis()
+        plots[0, 0].set_xlabel("three standard deviations [% of the value]")
+        return figure
 
 
 def factors(model: Model, recordings: Iterable[Recording], window: Window | None = None) -> tuple[Any, list[list[list[Rows]]]]:
@@ -197,7 +252,17 @@ def factors(model: Model, recordings: Iterable[Recording], window: Window | None
 
 def identify(model: Model, recordings: Iterable[Recording], seed: int = 1, equal_weights: bool = False,
              window: Window | None = None, **swarm: float) -> Fit:
-    """Fit the model's parameters to recordings; `swarm` sets fields of tl_pso_settings."""
+    """Fits the model's parameters to recordings, as talus-identify; the given ones are the first guess. `seed` is the swarm's and
+    changes nothing that matters; `equal_weights` takes joints alike instead of by their noise; `window` as in Regression; `swarm`
+    sets fields of tl_pso_settings. TalusError where there is too little motion.
+
+    >>> model = talus.read("models/pendulum.yaml")
+    >>> guess = model.copy()
+    >>> guess.set_parameters(inertia_kg_m2=0.03)
+    >>> fit = talus.identify(guess, [talus.simulate(model, duration_s=20)])
+    >>> abs(fit.parameters["inertia_kg_m2"] - model.parameters["inertia_kg_m2"]) < 5 * fit.sigma["inertia_kg_m2"]
+    True
+    """
     factor, every = factors(model, recordings, window)
     settings = ffi.new("tl_identify_settings *", lib.tl_identify_defaults())
     settings.swarm.seed = seed

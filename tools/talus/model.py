@@ -23,13 +23,26 @@ from ._library import InputError, check, check_file, ffi, files, lib
 
 
 def plants() -> list[str]:
-    """The names of all plants, in the order of the library's table."""
+    """The names of all plants, in the order of the library's table.
+
+    >>> talus.plants()
+    ['leg', 'pendulum', 'slider']
+    """
     return [ffi.string(lib.tl_plant_facts(plant).name).decode() for plant in range(lib.TL_PLANT_COUNT)]
 
 
 class Model:
     """Plant, parameters and drives, and what else a model file says: `struct` is a `tl_model`, `score` a
-    `tl_score_settings`, `window` a `tl_window` or None, `effects` a list of `tl_effect`. Copied by `copy()`."""
+    `tl_score_settings`, `window` a `tl_window` or None, `effects` a list of `tl_effect`. Copied by `copy()`.
+
+    >>> model = talus.Model.read("models/pendulum.yaml")
+    >>> model.set_parameters(coulomb_Nm=0.3)
+    >>> float(model.inverse([0.0], [1e-9], [0.0])[0]) > 0.29
+    True
+    >>> model.write("stiffer.yaml")
+    >>> talus.Model.read("stiffer.yaml") == model
+    True
+    """
 
     def __init__(self, plant: str) -> None:
         if plant not in plants():
@@ -240,7 +253,11 @@ class Transmission:
 
 
 def score_settings(tree: Mapping[str, float] | None = None) -> Any:
-    """A `tl_score_settings` with the defaults, changed by the mapping `tree` (the file's `score:`)."""
+    """A `tl_score_settings` with the defaults, changed by the mapping `tree` (the file's `score:`).
+
+    >>> talus.score_settings({"lowpass_hz": 20}).lowpass_hz
+    20.0
+    """
     settings = ffi.new("tl_score_settings *", lib.tl_score_defaults())
     for name, value in (tree or {}).items():
         setattr(settings, name, value)

@@ -30,7 +30,12 @@ _CHART_LIBRARY = [
 
 
 class Page:
-    """Parts in the order in which they are added; texts are plain text and are escaped here."""
+    """Parts in the order in which they are added; texts are plain text and are escaped here.
+
+    >>> page = talus.Page("Monday", "The knee is explained to 1.8 %.")
+    >>> page.table("RMS residual", ["joint", "identified"], [["knee", "1.0 mNm"]])
+    >>> page.write("monday.html")
+    """
 
     def __init__(self, title: str, sentence: str) -> None:
         self.title = title

@@ -12,14 +12,22 @@ import json
 import subprocess
 import tempfile
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from . import outputs
+import numpy
+
+from . import _drawing, outputs
+from ._arrays import Array
 from ._library import BUILD, InputError
 from .model import Model
 from .recording import Recording
+from .scoring import Panel
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+    from pandas import DataFrame
 
 YAML = (".yaml", ".yml")
 
@@ -59,12 +67,16 @@ def simulate(model: Model, *, seed: int = 1, duration_s: float | None = None, ra
 @dataclass(frozen=True)
 class Diagnosis:
     """What talus-gap finds. `report` is GAP.json (docs/talus-gap.md), `model_text` the extended model's file, `words` what
-    talus-gap says, `trajectory` the next experiment's CSV or None. Diagnoses compare and pickle."""
+    talus-gap says, `trajectory` the next experiment's CSV or None. `panels` hold the arrays behind `gap`, one Panel a recording
+    and joint: measured, and predicted by the model as given (`nominal`), identified, and with the effects that were found
+    (`extended`, the same as identified where there are none), every block by a fit that has not seen it; none while a grave
+    finding withholds the diagnosis. Diagnoses compare and pickle. An example stands with `diagnose`."""
 
     report: dict[str, Any]
     model_text: str
     words: str
     trajectory: str | None = None
+    panels: list[Panel] = field(default_factory=list)
 
     def __str__(self) -> str:
         return self.words
@@ -103,6 +115,29 @@ class Diagnosis:
         outputs.write_text(path, json.dumps(self.report, indent=1, allow_nan=False) + "\n")
 
 
+    def to_pandas(self) -> DataFrame:
+        """All panels as one data frame: columns recording, joint, time_s, measured, nominal, identified, extended, scored. For the
+        effects: pandas.DataFrame(diagnosis.effects). ImportError where pandas is missing."""
+        return _drawing.joined(panel.to_pandas() for panel in self.panels)
+
+    def plot(self) -> Figure:
+        """A figure with one row a joint: its errors as given, identified and with effects beside the noise, and over time what is
+        left of the first recording's torque. ImportError where matplotlib is missing."""
+        figure, plots = _drawing.axes(max(len(self.gap), 1), 2)
+        for row, (joint, gap) in zip(plots, self.gap.items(), strict=False):  # no joint has a gap where nothing moved
+            bars = {name: gap[f"{name}_rms"] for name in ("nominal", "identified", "extended", "noise_floor")}
+            row[0].barh(list(bars), list(bars.values()), color=[_drawing.COLOURS[name.removesuffix("_floor")] for name in bars])
+            row[0].set_xlabel(f"{joint}: RMS error [{gap['unit']}]")
+            row[0].invert_yaxis()
+            panel = next((panel for panel in self.panels if panel.joint == joint), None)
+            if panel:
+                shown = {name: panel.residual(name) for name in ("identified", "extended")}
+                _drawing.lines(row[1], panel.t, shown, f"residual [{gap['unit']}]")
+                row[1].set_xlabel(f"{panel.recording}: time [s]")
+        figure.suptitle(self.words.split("\n")[0], fontsize="small", wrap=True)
+        return figure
+
+
 def diagnose(model: Model | str | Path, recordings: Recording | str | Path | Iterable[Recording | str | Path], *, seed: int = 1) -> Diagnosis:
     """Where the gap between a model and its recordings lies, which effect causes it and how far it shrinks: talus-gap's own
     code and figures. Models and recordings are objects or names of files; InputError as talus-gap refuses them.
@@ -110,8 +145,9 @@ def diagnose(model: Model | str | Path, recordings: Recording | str | Path | Ite
     >>> model = talus.read("models/pendulum.yaml")
     >>> truth = talus.Model.from_text(model.text() + "effects: [{effect: stribeck, joint: joint, "
     ...                               "parameters: {extra_Nm: 0.3, speed_rad_s: 0.2, exponent: 1}}]")
-    >>> talus.diagnose(model, talus.simulate(truth, duration_s=40)).verdict["effect"]
-    'stribeck'
+    >>> found = talus.diagnose(model, talus.simulate(truth, duration_s=40))
+    >>> found.verdict["effect"], found.gap["joint"]["unit"], found.panels[0].joint
+    ('stribeck', 'Nm', 'joint')
     """
     from .diagnosis import command, fitted, report  # SciPy takes its time to load
 
@@ -127,7 +163,8 @@ def diagnose(model: Model | str | Path, recordings: Recording | str | Path | Ite
         except command.Refused as refused:
             raise (InputError if refused.status == 2 else OSError)(refused.text.replace(f"{folder}/", "")) from None
         plain = json.loads(report.to_text(found.report).replace(f"{folder}/", ""))
-        return Diagnosis(plain, text, "\n".join(command.summary(plain)), found.trajectory)
+        panels = [panel for record in range(_records(found)) for panel in _panels(found, record, f"{folder}/")]
+        return Diagnosis(plain, text, "\n".join(command.summary(plain)), found.trajectory, panels)
 
 
 def _file(folder: str, name: str, given: Model | Recording | str | Path) -> str:
@@ -136,3 +173,31 @@ def _file(folder: str, name: str, given: Model | Recording | str | Path) -> str:
         return str(given)
     given.write(Path(folder) / name)
     return str(Path(folder) / name)
+
+
+def _records(found: Any) -> int:
+    """The recordings, or stretches of such, that a diagnosis has residuals of."""
+    return len(found.search.dataset.processed_recordings) if found.search else 0
+
+
+def _panels(found: Any, record: int, folder: str) -> Iterable[Panel]:
+    """A Panel for each joint of one recording, from the residuals that GAP.json's figures are made of."""
+    from .diagnosis.figures import given_residuals
+
+    dataset = found.search.dataset
+    processed = dataset.processed_recordings[record]
+    ends = numpy.cumsum([part["n"] for part in processed.parts])
+    for j, joint in enumerate(dataset.model.joints):
+        (channel,) = (c for c in dataset.channels if c.record == record and c.kind == f"T{j}")
+        left = {"nominal": given_residuals(dataset, record, j), "identified": found.before.of[record, channel.kind],
+                "extended": found.after.of[record, channel.kind]}  # fmt: skip
+        measured = processed.measured[j]
+        predicted = {name: _parted(measured - residual, ends) for name, residual in left.items()}
+        scored = numpy.isin(numpy.arange(len(measured)), channel.rows)
+        yield Panel(joint, numpy.insert(processed.grid_t_s, ends, processed.grid_t_s[ends - 1]), _parted(measured, ends), predicted,
+                    numpy.insert(scored, ends, False), dataset.model.torque_unit, processed.name.replace(folder, ""))  # fmt: skip
+
+
+def _parted(values: Array, ends: Array) -> Array:
+    """NaN behind each segment, so that no line is drawn over what was not recorded."""
+    return numpy.insert(numpy.asarray(values, dtype=float), ends, numpy.nan)

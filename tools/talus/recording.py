@@ -11,26 +11,39 @@ import gzip
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy
 from numpy.typing import ArrayLike
 
-from . import outputs
+from . import _drawing, outputs
 from ._arrays import Array, pointer
 from ._library import InputError, check, check_file, ffi, files, lib
 from .model import Model, plants, score_settings
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+    from pandas import DataFrame
 
 ROWS_AT_ONCE = 20_000  # that are turned into text
 
 
 def channels() -> dict[str, int]:
-    """Column name -> channel number."""
+    """Column name -> channel number.
+
+    >>> "knee_current_A" in talus.channels()
+    True
+    """
     return {ffi.string(lib.tl_channel_name(c)).decode(): c for c in range(lib.TL_CHANNEL_COUNT)}
 
 
 def channel_set(model: Model) -> Any:
-    """What a model's recordings hold: a `tl_channel_set`."""
+    """What a model's recordings hold: a `tl_channel_set` of masks of channels.
+
+    >>> held = talus.channel_set(talus.read("models/pendulum.yaml"))
+    >>> bool(held.known >> talus.channels()["joint_rad"] & 1)
+    True
+    """
     held = ffi.new("tl_channel_set *")
     check(lib.tl_channel_set_of(model.struct.plant, held))
     return held
@@ -57,7 +70,15 @@ def _fields(struct: Any) -> dict[str, Any]:
 
 class Recording:
     """Columns of one recording, by the contract's names, as float arrays of one length. `score` is a mapping with keys of
-    a model file's `score:`, and goes before that of the model."""
+    a model file's `score:`, and goes before that of the model. ValueError names the column that has another length, values that
+    are not finite, or times that do not rise.
+
+    >>> t = numpy.arange(500) / 250
+    >>> arm = talus.Recording({"time_s": t, "joint_rad": numpy.sin(t), "joint_current_A": numpy.cos(t)})
+    >>> arm.write("arm.csv")
+    >>> talus.Recording.read("arm.csv") == arm
+    True
+    """
 
     def __init__(self, columns: Mapping[str, ArrayLike], score: Mapping[str, float] | None = None) -> None:
         known = channels()
@@ -144,6 +165,29 @@ class Recording:
     def write(self, path: str | Path) -> None:
         """To a CSV file (compressed where the name ends in .gz), whole or not at all; read back it is the same, bit by bit."""
         outputs.write(path, self.text())
+
+    def to_pandas(self) -> DataFrame:
+        """The columns as a data frame; talus.Recording(frame) is the recording again. ImportError where pandas is missing.
+
+        >>> arm = talus.simulate(talus.read("models/pendulum.yaml"), duration_s=20)
+        >>> arm.to_pandas().shape, talus.Recording(arm.to_pandas()) == arm
+        ((5000, 3), True)
+        """
+        return _drawing.frame(self.columns)
+
+    def plot(self) -> Figure:
+        """A figure with one plot a column over time. ImportError where matplotlib is missing.
+
+        >>> arm = talus.simulate(talus.read("models/pendulum.yaml"), duration_s=20)
+        >>> [plot.get_ylabel() for plot in arm.plot().axes]
+        ['joint_rad', 'joint_current_A']
+        """
+        names = [name for name in self.columns if name != "time_s"]
+        figure, plots = _drawing.axes(len(names), sharex=True)
+        for name, plot in zip(names, plots[:, 0], strict=True):
+            _drawing.lines(plot, self.t, {name: self.columns[name]}, name)
+        plots[-1, 0].set_xlabel("time [s]")
+        return figure
 
     def segments(self) -> Iterator[tuple[int, int]]:
         """Row ranges [begin, end) without gap or change of `valid`."""
