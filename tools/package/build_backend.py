@@ -16,7 +16,7 @@ from setuptools.build_meta import build_wheel as _build_wheel
 ROOT = Path(__file__).resolve().parents[2]
 STAGE = ROOT / "build" / "package"
 BUILT = {"lib": "lib/*.so", "python": "python/talus_*.h", "bin": "bin/talus-*"}
-GENERATED_FOR_A_CHECKOUT = ("talus-gap", "talus-import", "talus-acquire-export", "talus-export-simulator")  # the package has scripts of its own for these
+GENERATED_FOR_A_CHECKOUT = ("talus-gap", "talus-import", "talus-acquire-export", "talus-export-simulator", "talus-fleet")  # the package has scripts of its own for these
 
 
 def stage():
