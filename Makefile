@@ -132,7 +132,7 @@ else
 programs:
 	@echo 'not built: the programs (missing: $(APP_MISSING)); `make deps` installs what they need'
 endif
-PYTHON_PROGRAMS := talus-gap talus-import talus-acquire-export talus-export-simulator
+PYTHON_PROGRAMS := talus-gap talus-import talus-acquire-export talus-export-simulator talus-fleet
 PYTHON_PACKAGES := talus
 module_of_talus-gap := talus.diagnosis
 needs_of_talus-gap := cffi, numpy, scipy, yaml
@@ -142,10 +142,12 @@ module_of_talus-acquire-export := talus.acquire_export
 needs_of_talus-acquire-export := cantools, cffi, numpy, yaml
 module_of_talus-export-simulator := talus.exporting
 needs_of_talus-export-simulator := cffi, numpy, scipy, yaml
+module_of_talus-fleet := talus.fleet
+needs_of_talus-fleet := cffi, numpy, scipy, yaml
 all: library python-side programs $(PYTHON_PROGRAMS:%=$(BUILD)/bin/%)
 
-# talus-gap (tools/talus/diagnosis), talus-import (importing), talus-acquire-export (acquire_export) and the files of talus-export for
-# simulators (exporting) are Python: what stands in bin/ finds an interpreter for it.
+# talus-gap (tools/talus/diagnosis), talus-import (importing), talus-acquire-export (acquire_export), talus-fleet (fleet) and the files of
+# talus-export for simulators (exporting) are Python: what stands in bin/ finds an interpreter for it.
 # (program, where tools/ stands, where what was built stands) -> its text
 start_script = sed -e 's|@ROOT@|$(2)|' -e 's|@BUILD@|$(3)|' -e 's|@NAME@|$(1)|' \
 	-e 's|@MODULE@|$(module_of_$(1))|' -e 's|@NEEDS@|$(needs_of_$(1))|' tools/start.sh
@@ -325,7 +327,7 @@ $(BUILD)/python/talus_macros.h: $(BUILD)/python/talus_cdef.h
 
 # ---- check, show, measure ---------------------------------------------------
 
-.PHONY: deps check check-san check-long check-coverage cover check-arch test test-san test-long fuzz rig test-rig tsan lint demo paper blind nulls spike camera bench
+.PHONY: deps check check-san check-long check-coverage cover check-arch test test-san test-long fuzz rig test-rig tsan lint demo paper blind nulls spike camera fleet bench
 # What a goal needs is installed first; then make starts anew, because what this
 # run found out about compilers and packages may no longer be true.
 again = +$(Q)$(MAKE) --no-print-directory $(if $(findstring jobserver,$(MAKEFLAGS)),,-j$(JOBS))
@@ -466,7 +468,9 @@ spike: SEED := 1
 spike: COUNT := 60
 camera: SEED := 1
 camera: COUNT := 28
-spike camera:
+fleet: SEED := 1
+fleet: COUNT := 1000
+spike camera fleet:
 	@tools/setup check
 	$(again) all
 	$(Q)$(run_env) $(KNOWN)
@@ -611,6 +615,7 @@ help:
 	@echo 'make blind         how often talus-gap is right on withheld effects; SEED, COUNT, JOBS, WIDE=1'
 	@echo 'make nulls         how often talus-gap says none where nothing is hidden; SEED, COUNT, JOBS, ONLY'
 	@echo 'make spike         how often it names an effect added to a real recording; SEED, COUNT, JOBS, TALUS_DATA='
+	@echo 'make fleet         talus-fleet on simulated arms, two processes killed; SEED, COUNT, JOBS'
 	@echo 'make camera        what a camera tells it of pairs of causes that are alike; SEED, COUNT, JOBS'
 	@echo 'make bench         compare speed with peers (installs them); BENCH=signals: one of them'
 	@echo 'make deps          install what is missing: apt packages, .venv'

@@ -82,7 +82,7 @@ def test_the_commands_that_are_python_run_from_where_they_are_installed(tmp_path
         command = [tmp_path / "there/bin" / program, *arguments]
         return subprocess.run(command, check=True, capture_output=True, text=True, env=environment, cwd=tmp_path)
 
-    for program in ("talus-gap", "talus-import", "talus-acquire-export"):
+    for program in ("talus-gap", "talus-import", "talus-acquire-export", "talus-fleet"):
         assert run(program, "--version").stdout == f"{program} {make_variable('VERSION')[0]}\n"
         assert str(REPOSITORY / "tools") not in (tmp_path / "there/bin" / program).read_text()
     model = REPOSITORY / "models/leg.yaml"

@@ -17,7 +17,7 @@ from setuptools.command.bdist_wheel import bdist_wheel
 ROOT = Path(__file__).resolve().parents[2]
 STAGE = ROOT / "build" / "package"
 BUILT = {"lib": "lib/*.so", "python": "python/talus_*.h", "bin": "bin/talus-*"}
-GENERATED_FOR_A_CHECKOUT = ("talus-gap", "talus-import", "talus-acquire-export", "talus-export-simulator")  # the package has scripts of its own for these
+GENERATED_FOR_A_CHECKOUT = ("talus-gap", "talus-import", "talus-acquire-export", "talus-export-simulator", "talus-fleet")  # the package has scripts of its own for these
 NOT_FOR_PYTHON = ("talus-track",)  # nothing in the package calls it, and OpenCV, which it is linked with, is larger than all the rest
 
 

@@ -1,11 +1,12 @@
 """The command line."""
 
 import argparse
+import json
 import os
 import sys
 from pathlib import Path
 
-from . import camera, nulls, outputs, running, spikes
+from . import camera, fleet, nulls, outputs, running, spikes
 
 
 def read_only(text):
@@ -51,6 +52,14 @@ def run_camera(options):
     return 0
 
 
+def run_fleet(options):
+    found = fleet.measure(Path(options.out), options.count, options.seed, options.jobs)
+    text = json.dumps(found, indent=1) + "\n"
+    running.write(Path(options.out) / "fleet.json", text)
+    print(text, end="")
+    return 0
+
+
 def parser():
     top = argparse.ArgumentParser(prog="known", description="talus-gap where it is known what there is to find")
     commands = top.add_subparsers(dest="command", required=True)
@@ -63,7 +72,9 @@ def parser():
     other.set_defaults(run=run_spikes)
     third = commands.add_parser("camera", help="benches with one effect, with and without a camera's angles")
     third.set_defaults(run=run_camera)
-    for command in (one, other, third):
+    fourth = commands.add_parser("fleet", help="a fleet of arms through talus-fleet, on processes of which two are killed and one by one")
+    fourth.set_defaults(run=run_fleet)
+    for command in (one, other, third, fourth):
         command.add_argument("--seed", type=int, default=1)
         command.add_argument("--count", type=number, default=60)
         command.add_argument("--out", required=True, help="folder of reports, kept there, and of the outcome")

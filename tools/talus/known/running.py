@@ -2,31 +2,15 @@
 
 import json
 import os
-import sys
-import time
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from pathlib import Path
 
 import numpy as np
 
 from ..blind.running import BUILD, fingerprint, measured
+from ..progress import Progress
 
 ROOT = Path(__file__).resolve().parents[3]
-
-
-class Progress:
-    """A line that draws over itself on a terminal; nothing elsewhere."""
-
-    def __init__(self, name, count):
-        self.name, self.count, self.done, self.begin = name, count, 0, time.monotonic()
-        self.shown = sys.stderr.isatty()
-
-    def __call__(self, text):
-        self.done += 1
-        if self.shown:
-            left_min = (time.monotonic() - self.begin) / self.done * (self.count - self.done) / 60
-            print(f"\r\033[K{self.name}: {self.done} of {self.count}, {left_min:.0f} min to go: {text}",
-                  end="" if self.done < self.count else "\n", file=sys.stderr, flush=True)  # fmt: skip
 
 
 def diagnosed(model, recording, folder):

@@ -1,0 +1,92 @@
+"""Items to processes: one after the other, or on Dask's distributed, by itself on this machine or on a cluster that is there."""
+
+import logging
+import os
+from contextlib import contextmanager
+from itertools import islice
+
+from talus import constants
+from talus.refused import Refused
+
+AHEAD = 3  # items under way for each worker's thread: none waits for the next, and the scheduler's memory stays the same
+CONNECT_S = 30
+NAME = "diagnosis"
+
+
+def processors():
+    """That this process may use."""
+    return len(os.sched_getaffinity(0))
+
+
+def outcomes(items, work, jobs=1, scheduler=None):
+    """Yields (item, (status, text) or an exception) as items end; one that is killed with its process is tried again elsewhere."""
+    if scheduler is None and jobs == 1:
+        for item in items:
+            yield item, work(item)
+        return
+    with connected(jobs, scheduler) as client:
+        yield from spread(client, items, work)
+
+
+def spread(client, items, work):
+    """The same on a client's workers. Items are handed over as others end: what the scheduler holds does not grow with them."""
+    from distributed import as_completed
+
+    waiting, under_way, pool = iter(items), {}, as_completed()
+
+    def hand_over():
+        room = AHEAD * max(1, sum(client.nthreads().values())) - len(under_way)
+        for item in islice(waiting, max(0, room)):
+            future = client.submit(work, item, key=f"{NAME}-{item.name}", pure=False)
+            under_way[future.key] = item
+            pool.add(future)
+
+    hand_over()
+    for future in pool:
+        item, error = under_way.pop(future.key), future.exception()
+        outcome = future.result() if error is None else error
+        future.release()
+        hand_over()
+        yield item, outcome
+
+
+@contextmanager
+def connected(jobs, scheduler):
+    """A client of the cluster at an address, or of `jobs` processes on this machine, each of one thread and watched by a nanny."""
+    distributed = _library()
+    if scheduler is None:
+        local = {"n_workers": jobs, "threads_per_worker": 1, "processes": True, "dashboard_address": None, "silence_logs": logging.CRITICAL}
+        with distributed.LocalCluster(**local) as cluster, distributed.Client(cluster) as client:
+            yield client
+        return
+    try:
+        client = distributed.Client(scheduler, timeout=CONNECT_S)
+    except (OSError, ValueError) as error:
+        raise Refused(1, f"--scheduler {scheduler}: cannot be reached: {error}") from error
+    with client:
+        _check_workers(client, scheduler)
+        yield client
+
+
+def _check_workers(client, scheduler):
+    """Each worker that is there has this version of talus: others would give other bytes."""
+    try:
+        versions = client.run(version)
+    except Exception as error:  # whatever stands in the way of an import over there
+        raise Refused(1, f"--scheduler {scheduler}: talus cannot be imported there: {error}") from error
+    for worker, found in versions.items():
+        if found != constants.TL_VERSION:
+            raise Refused(1, f"--scheduler {scheduler}: {worker} has talus {found}, expected {constants.TL_VERSION}")
+
+
+def version():
+    """Of talus where this runs."""
+    return constants.TL_VERSION
+
+
+def _library():
+    try:
+        import distributed
+    except ImportError as error:
+        raise Refused(1, "needs Dask's distributed: pip install 'talus[fleet]', or --jobs 1 does without it") from error
+    return distributed
