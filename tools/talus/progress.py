@@ -1,19 +1,35 @@
-"""What long work says on a terminal: how much of it is done, and how long the rest will take."""
+"""What long work says on a terminal: a line that draws over itself; nothing elsewhere."""
 
 import sys
 import time
 
 
-class Progress:
-    """A line that draws over itself on a terminal; nothing elsewhere."""
+class Step:
+    """What is being done."""
+
+    def __init__(self, name: str, quiet: bool = False) -> None:
+        self.name, self.shown = name, sys.stderr.isatty() and not quiet
+
+    def __call__(self, text: str) -> None:
+        self.draw(f"{self.name}: {text}")
+
+    def end(self) -> None:
+        """The line is gone."""
+        self.draw("")
+
+    def draw(self, text: str, end: str = "") -> None:
+        if self.shown:
+            print(f"\r\033[K{text}", end=end, file=sys.stderr, flush=True)
+
+
+class Progress(Step):
+    """How much of it is done, and how long the rest will take."""
 
     def __init__(self, name: str, count: int, quiet: bool = False) -> None:
-        self.name, self.count, self.done, self.begin = name, count, 0, time.monotonic()
-        self.shown = sys.stderr.isatty() and not quiet
+        super().__init__(name, quiet)
+        self.count, self.done, self.begin = count, 0, time.monotonic()
 
     def __call__(self, text: str) -> None:
         self.done += 1
-        if self.shown:
-            left_min = (time.monotonic() - self.begin) / self.done * (self.count - self.done) / 60
-            print(f"\r\033[K{self.name}: {self.done} of {self.count}, {left_min:.0f} min to go: {text}",
-                  end="" if self.done < self.count else "\n", file=sys.stderr, flush=True)  # fmt: skip
+        left_min = (time.monotonic() - self.begin) / self.done * (self.count - self.done) / 60
+        self.draw(f"{self.name}: {self.done} of {self.count}, {left_min:.0f} min to go: {text}", "" if self.done < self.count else "\n")

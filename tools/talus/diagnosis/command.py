@@ -11,6 +11,7 @@ import yaml
 
 import talus
 from talus import command_line, outputs
+from talus.progress import Step
 from talus.refused import Refused
 
 from . import excerpt, experiment, fitted, gate, picture, report, words
@@ -87,21 +88,6 @@ class Options:
         if not 0.0 < value < float("inf"):
             raise Refused(2, f"{name}: expected a frequency in Hz above 0, found '{text}'")
         return value
-
-
-class Progress:
-    """A line that draws over itself on a terminal; nothing elsewhere."""
-
-    def __init__(self, quiet):
-        self.shown = sys.stderr.isatty() and not quiet
-
-    def __call__(self, text):
-        if self.shown:
-            print(f"\r\033[K{NAME}: {text}", end="", file=sys.stderr, flush=True)
-
-    def end(self):
-        if self.shown:
-            print("\r\033[K", end="", file=sys.stderr, flush=True)
 
 
 def say(text):
@@ -209,7 +195,7 @@ def run(arguments):
     if command_line.answered(options.flags, NAME, USAGE):
         return
     options.check()
-    step = Progress(options.quiet)
+    step = Step(NAME, options.quiet)
     try:
         found, tree, model = diagnose(options, step)
         texts, notes = {}, []

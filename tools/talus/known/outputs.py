@@ -37,6 +37,13 @@ def bars_table(page, bars):
                [[b.name, figure(b.value), demand(b), str(b.count), MET[b.met]] for b in bars])  # fmt: skip
 
 
+def told(bars, columns, lines):
+    """The bars and a table, printed; the bars as the report has them."""
+    print(words(bars))
+    print(aligned([columns, *lines]))
+    return [b.row() for b in bars]
+
+
 def write_all(out, stem, page, rows, report):
     """STEM.csv, STEM.json and STEM.html in a folder."""
     out = Path(out)
@@ -88,11 +95,9 @@ def nulls(results, out):
     """Judges benches without any effect, prints the tables, writes nulls.csv, .json and .html."""
     rows = [null_scores.judge(result) for result in results]
     bars, strata = null_scores.bars(rows), null_scores.by_stratum(rows)
-    print(words(bars))
-    print(aligned([NULL_COLUMNS, *null_lines(strata)]))
+    report = {"schema": "talus-nulls/1", "bars": told(bars, NULL_COLUMNS, null_lines(strata)), "strata": strata}
     for line in wrong_lines(rows):
         print(f"not none: {' '.join(cell for cell in line if cell)}")
-    report = {"schema": "talus-nulls/1", "bars": [b.row() for b in bars], "strata": strata}
     write_all(out, "nulls", null_page(rows, bars, strata), rows, report)
 
 
@@ -149,15 +154,13 @@ def spikes(results, out):
     """Judges spikes, prints the tables, writes spike.csv, .json and .html."""
     rows = spike_scores.judged(results)
     bars, groups = spike_scores.bars(rows), spike_scores.by_group(rows)
-    print(words(bars))
-    print(aligned([SPIKE_COLUMNS, *spike_lines(groups)]))
+    report = {"schema": "talus-spike/1", "bars": told(bars, SPIKE_COLUMNS, spike_lines(groups)), "groups": groups}
     for machine, verdict, effects in control_lines(results):
         print(f"control: {machine} {verdict}; effects: {effects}")
     for line in missed_lines(rows):
         print(f"wrong or missed: {' '.join(cell for cell in line if cell)}")
     controls = [dict(zip(("recording", "verdict", "effects"), line, strict=True)) for line in control_lines(results)]
-    report = {"schema": "talus-spike/1", "bars": [b.row() for b in bars], "groups": groups, "controls": controls}
-    write_all(out, "spike", spike_page(rows, bars, groups, results), rows, report)
+    write_all(out, "spike", spike_page(rows, bars, groups, results), rows, {**report, "controls": controls})
 
 
 # ---- what a camera adds ------------------------------------------------------------------
@@ -188,8 +191,6 @@ def camera(results, out):
     """Judges benches with and without a camera, prints the tables, writes camera.csv, .json and .html."""
     rows = [camera_scores.judge(result) for result in results]
     bars, groups = camera_scores.bars(rows), camera_scores.by_cause(rows)
-    print(words(bars))
-    print(aligned([CAMERA_COLUMNS, *camera_lines(groups)]))
+    report = {"schema": "talus-camera/1", "bars": told(bars, CAMERA_COLUMNS, camera_lines(groups)), "causes": groups}
     print(aligned([["case", "joint", "size", "without", "with", "camera mrad"], *camera_cases(rows)]))
-    report = {"schema": "talus-camera/1", "bars": [b.row() for b in bars], "causes": groups}
     write_all(out, "camera", camera_page(rows, bars, groups), rows, report)
