@@ -34,7 +34,7 @@ def folder(tmp_path_factory):
 @pytest.fixture(scope="module")
 def diagnosis():
     truth = talus.Model.from_text(PENDULUM.read_text() + STRIBECK)
-    return talus.diagnose(PENDULUM, [talus.simulate(truth, duration_s=40, seed=3), talus.simulate(truth, duration_s=30, seed=4)])
+    return talus.diagnose(PENDULUM, [talus.simulate(truth, duration_s=30, seed=3), talus.simulate(truth, duration_s=20, seed=4)])
 
 
 def rms(values):

@@ -15,6 +15,8 @@ recording = talus.Recording({"time_s": [0.0, 0.1], "joint_rad": [0.0, 0.0]})
 fit = talus.identify(model, [recording])
 x: float = fit.sigma["inertia_kg_m2"]
 reveal_type(fit.model.joints)
+talus.Recording(recording.to_pandas())
+recording.plot().savefig("arm.png")
 talus.predict(model, 3)
 """
 
@@ -34,5 +36,5 @@ def test_a_user_is_told_of_a_wrong_argument(tmp_path):
     (tmp_path / "use.py").write_text(USE)
     done = mypy(tmp_path / "use.py")
     assert 'use.py:8: note: Revealed type is "builtins.list[builtins.str]"' in done.stdout.replace("list[str]", "list[builtins.str]").replace('"list[', '"builtins.list[')
-    assert 'use.py:9: error: Argument 2 to "predict" has incompatible type "int"; expected "Recording"' in done.stdout
+    assert 'use.py:11: error: Argument 2 to "predict" has incompatible type "int"; expected "Recording"' in done.stdout
     assert "Found 1 error" in done.stdout

@@ -27,7 +27,7 @@ diagnosis.write("gap.json")
 diagnosis.plot().savefig("gap.png")
 """
 STRIBECK = "\neffects: [{effect: stribeck, joint: joint, parameters: {extra_Nm: 0.3, speed_rad_s: 0.2, exponent: 1}}]\n"
-CLEAN = {"PATH": "/usr/sbin:/usr/bin:/sbin:/bin", "HOME": "/root", "LC_ALL": "C.UTF-8"}
+CLEAN = {"PATH": "/usr/sbin:/usr/bin:/sbin:/bin", "HOME": "/", "LC_ALL": "C.UTF-8"}
 
 
 @pytest.fixture(scope="module")
@@ -82,7 +82,7 @@ def installed(wheel, debian):
     subprocess.run(fetch, check=True, capture_output=True)
     inside(debian, "python3", "-m", "venv", "/there")
     inside(debian, "/there/bin/pip", "install", "--quiet", "--no-index", "--find-links", "/wheels", f"/wheels/{wheel.name}[plot]")
-    work = debian / "work"
+    work = debian / "bench"
     work.mkdir()
     shutil.copy(REPOSITORY / "models/pendulum.yaml", work / "arm.yaml")
     (work / "truth.yaml").write_text((work / "arm.yaml").read_text() + STRIBECK)
@@ -92,7 +92,7 @@ def installed(wheel, debian):
 
 def test_six_lines_diagnose_a_recording_and_plot(installed, debian):
     (installed / "six.py").write_text(SIX_LINES)
-    assert inside(debian, "sh", "-c", "cd /work && /there/bin/python six.py") == "stribeck joint\n"
+    assert inside(debian, "sh", "-c", "cd /bench && /there/bin/python six.py") == "stribeck joint\n"
     assert (installed / "gap.png").read_bytes().startswith(b"\x89PNG")
     run("talus-gap", "--model", installed / "arm.yaml", "--report", installed / "here.json", installed / "arm.csv")
     there, here = (json.loads((installed / name).read_text()) for name in ("gap.json", "here.json"))

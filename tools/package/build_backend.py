@@ -36,7 +36,8 @@ def stage():
     """tools/talus and what make built, in build/package."""
     make = ["make", "-C", str(ROOT), f"-j{os.cpu_count() or 1}", "BUILD=build"]
     subprocess.run([*make, "library", "python-side", "programs"], check=True, stdout=sys.stderr)
-    shutil.rmtree(STAGE, ignore_errors=True)
+    for old in (STAGE, ROOT / "build" / "package-work"):  # setuptools would pack what is left of an earlier build
+        shutil.rmtree(old, ignore_errors=True)
     package = STAGE / "talus"
     shutil.copytree(ROOT / "tools" / "talus", package, ignore=shutil.ignore_patterns("__pycache__"))
     for folder, pattern in BUILT.items():

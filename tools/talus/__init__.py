@@ -1,8 +1,14 @@
 """talus from Python: models, recordings, identification, diagnosis; and the C library as it is, with NumPy arrays.
 
-    model = talus.read("arm.yaml")
-    diagnosis = talus.diagnose(model, ["monday.csv", "tuesday.csv"])
-    print(diagnosis)
+    model, monday, tuesday = talus.read("arm.yaml"), talus.read("monday.csv"), talus.read("tuesday.csv")
+    fit = talus.identify(model, [monday])                 # parameters, and how sure each is
+    found = talus.compare(fit.model, tuesday)             # measured, predicted, residual, error
+    diagnosis = talus.diagnose(model, [monday, tuesday])  # which effect the gap comes from
+    print(fit, found, diagnosis, sep="\\n")
+    found.to_pandas().to_csv("tuesday_predicted.csv")     # every result: arrays, a data frame, a picture
+    diagnosis.plot().savefig("gap.png")
+
+All of the C library stands beside them:
 
     from talus import ffi, lib, check, pointer
 

@@ -80,9 +80,9 @@ class Recording:
     True
     """
 
-    def __init__(self, columns: Mapping[str, ArrayLike], score: Mapping[str, float] | None = None) -> None:
+    def __init__(self, columns: Mapping[str, ArrayLike] | DataFrame, score: Mapping[str, float] | None = None) -> None:
         known = channels()
-        self.columns: dict[str, Array] = {n: numpy.ascontiguousarray(x, dtype=float) for n, x in columns.items() if n in known}
+        self.columns: dict[str, Array] = {str(n): numpy.ascontiguousarray(x, dtype=float) for n, x in columns.items() if n in known}
         self._check_columns()
         self.t = self.columns["time_s"]
         self.valid = self.columns.get("valid")
