@@ -117,7 +117,7 @@ def test_a_killed_process_loses_nothing_and_the_scheduler_holds_few(tmp_path):
         return 0, one.name
 
     seen, most, killed = [], 0, 0
-    options = {"n_workers": 2, "threads_per_worker": 1, "dashboard_address": None, "silence_logs": 50}
+    options = {"n_workers": 2, "threads_per_worker": 1, "dashboard_address": "127.0.0.1:0", "silence_logs": 50}
     with distributed.LocalCluster(**options) as cluster, distributed.Client(cluster) as client:
         for one, outcome in pool.spread(client, iter(items), work):
             assert outcome == (0, one.name)

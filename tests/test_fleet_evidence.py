@@ -77,3 +77,15 @@ def test_robots_seldom_stand_out_where_all_are_alike(robots):
 def test_what_never_changes_stands_nowhere():
     assert evidence.apart([1.0] * 8)[1].tolist() == [1.0] * 8
     assert evidence.trend([1, 2, 3, 4, 5], [0.0] * 5) == 1.0
+
+
+def test_what_is_usual_for_a_robot_is_no_news():
+    """One robot of ten moves ten times as much as the others; only a jump that is large for it, too, stands out."""
+    rng = np.random.default_rng(6)
+    robots = [k for k in range(10) for _ in range(9)]
+    values = rng.standard_normal(90) * np.where(np.array(robots) == 4, 10, 1)
+    values[40], values[5] = 200, 12
+    for given, expected in ((robots, {5, 40}), (None, {5, *range(36, 45)})):
+        stands = set(np.flatnonzero(evidence.holm(evidence.apart(values, given)[1]) < evidence.LEVEL))
+        assert {5, 40} <= stands <= expected
+    assert len(stands) > 2

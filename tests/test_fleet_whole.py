@@ -38,7 +38,7 @@ def test_a_cluster_that_is_there_does_the_same_work(tmp_path):
     from distributed import LocalCluster
 
     planted = fleet.draw(tmp_path, 10, 2)
-    with LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None, silence_logs=50) as cluster:
+    with LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address="127.0.0.1:0", silence_logs=50) as cluster:
         subprocess.run(fleet.command("run", tmp_path / "fleet.csv", "--out", tmp_path / "there", "--quick", "--scheduler", cluster.scheduler_address), check=True)
     fleet.through(tmp_path / "fleet.csv", tmp_path / "here", 1, len(planted.robots))
     assert fleet.files(tmp_path / "there") == fleet.files(tmp_path / "here")

@@ -130,7 +130,9 @@ def write_fleet(work, items):
     except OSError as error:
         raise Refused(1, f"{work.out}: cannot be made: {error.strerror}") from error
     plain = {"schema": "talus-fleet/1", "version": constants.TL_VERSION, "options": list(work.options), "items": [i.plain() for i in items]}
-    outputs.write_text(Path(work.out) / FLEET, json.dumps(plain, indent=1) + "\n")
+    path, text = Path(work.out) / FLEET, json.dumps(plain, indent=1) + "\n"
+    if not path.is_file() or path.read_text(encoding="utf-8") != text:  # the other shards write the same
+        outputs.write_text(path, text)
 
 
 def settled(work, item, outcome):

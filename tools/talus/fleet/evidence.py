@@ -6,6 +6,7 @@ from scipy import stats
 LEVEL = 0.05  # probability that a whole family of tests raises one false alarm
 MAD_TO_SIGMA = 1.4826  # of a normal distribution
 MAD_EFFICIENCY = 0.37  # of the median absolute deviation: so many samples in a hundred would tell as much by their deviation
+FEWEST_OWN = 4  # of which it is known what is usual for one robot
 
 
 def holm(p):
@@ -57,15 +58,20 @@ def slope(x, y, level=LEVEL):
     return float(found.slope), interval
 
 
-def apart(values):
+def apart(values, robots=None):
     """(deviations of each value from the median, p of each): in robust standard deviations. Because those are estimated from the
-    values themselves, the tails are Student's, with the degrees of freedom that the median absolute deviation is worth."""
+    values themselves, the tails are Student's, with the degrees of freedom that the median absolute deviation is worth. Given each
+    value's robot, what is usual for a robot of FEWEST_OWN values or more does not count, however unusual it is for the others."""
     values = np.asarray(values, float)
-    off = values - np.median(values)
-    spread = MAD_TO_SIGMA * np.median(np.abs(off))
-    if not spread > 0:
+    off = np.abs(values - np.median(values))
+    spread = np.full(len(values), np.median(off))
+    for robot in set(robots or ()):
+        own = np.array([one == robot for one in robots])
+        if own.sum() >= FEWEST_OWN:
+            spread[own] = max(np.median(off), np.median(off[own]))
+    if not np.median(off) > 0:
         return np.zeros(len(values)), np.ones(len(values))
-    deviations = off / spread
+    deviations = (values - np.median(values)) / (MAD_TO_SIGMA * spread)
     return deviations, 2 * stats.t.sf(np.abs(deviations), MAD_EFFICIENCY * (len(values) - 1))
 
 

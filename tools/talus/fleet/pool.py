@@ -2,6 +2,7 @@
 
 import logging
 import os
+import signal
 from contextlib import contextmanager
 from itertools import islice
 
@@ -25,7 +26,10 @@ def outcomes(items, work, jobs=1, scheduler=None):
             yield item, work(item)
         return
     with connected(jobs, scheduler) as client:
-        yield from spread(client, items, work)
+        try:
+            yield from spread(client, items, work)
+        except OSError as error:  # Dask's own are OSError, too
+            raise Refused(1, f"the cluster has gone: {error}; what is done stays, and the same command goes on") from error
 
 
 def spread(client, items, work):
@@ -43,6 +47,8 @@ def spread(client, items, work):
 
     hand_over()
     for future in pool:
+        if future.cancelled():
+            raise OSError("its work was cancelled")
         item, error = under_way.pop(future.key), future.exception()
         outcome = future.result() if error is None else error
         future.release()
@@ -55,7 +61,8 @@ def connected(jobs, scheduler):
     """A client of the cluster at an address, or of `jobs` processes on this machine, each of one thread and watched by a nanny."""
     distributed = _library()
     if scheduler is None:
-        local = {"n_workers": jobs, "threads_per_worker": 1, "processes": True, "dashboard_address": None, "silence_logs": logging.CRITICAL}
+        local = {"n_workers": jobs, "threads_per_worker": 1, "processes": True, "dashboard_address": "127.0.0.1:0",
+                 "silence_logs": logging.CRITICAL, "preload": [__name__]}  # fmt: skip
         with distributed.LocalCluster(**local) as cluster, distributed.Client(cluster) as client:
             yield client
         return
@@ -77,6 +84,11 @@ def _check_workers(client, scheduler):
     for worker, found in versions.items():
         if found != constants.TL_VERSION:
             raise Refused(1, f"--scheduler {scheduler}: {worker} has talus {found}, expected {constants.TL_VERSION}")
+
+
+def dask_setup(_worker):
+    """Dask calls this in each local worker. Ctrl-C reaches all processes of a terminal; the first of them ends the others."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 
 def version():

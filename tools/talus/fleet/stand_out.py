@@ -22,7 +22,7 @@ def robots(by_robot):
 
 def changes(by_robot):
     """[{robot, session, before, kind, quantity, value, fleet, ...}] of changes from one session to the next that lie off the changes
-    that the fleet is used to; a gap's change is of its logarithm, and only one that grew counts."""
+    that the fleet, and the robot, are used to; a gap's change is of its logarithm, and only one that grew counts."""
     found = []
     for kind, name in all_quantities(by_robot):
         places, values = [], []
@@ -34,7 +34,7 @@ def changes(by_robot):
                     places.append({"robot": robot, "session": after.session, "before": before.session})
                     values.append(change)
         if len(values) >= FEWEST_CHANGES:
-            found += _apart((kind, name), places, values)
+            found += _apart((kind, name), places, values, [place["robot"] for place in places])
     return [one for one in _kept(found) if one["kind"] != "gap" or one["deviations"] > 0]
 
 
@@ -44,9 +44,9 @@ def _change(kind, before, after):
     return math.log(after / before) if before > 0 and after > 0 else None
 
 
-def _apart(quantity, places, values):
+def _apart(quantity, places, values, robots=None):
     """Each value, how far it lies from the others, and how surely."""
-    deviations, p = evidence.apart(values)
+    deviations, p = evidence.apart(values, robots)
     usual = median(values)
     return [{**place, "kind": quantity[0], "quantity": quantity[1], "value": float(value), "fleet": float(usual), "deviations": float(off),
              "p": float(one)} for place, value, off, one in zip(places, values, deviations, p)]  # fmt: skip
