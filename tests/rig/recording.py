@@ -51,7 +51,7 @@ class Recording:
         self.log, self.side = Path(f"{out}.log"), Path(f"{out}.jsonl")
         command = [str(path or program("talus-acquire")), "--out", str(out), *map(str, arguments)]
         self.process = subprocess.Popen(command, stdin=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True, pass_fds=pass_fds)
-        deadline = time.monotonic() + 20
+        deadline = time.monotonic() + 120  # under the sanitizer in a guest without a processor of its own it takes its time
         while not (self.side.exists() and self.side.stat().st_size) and self.process.poll() is None:
             assert time.monotonic() < deadline, "the recording does not begin"
             time.sleep(0.01)
