@@ -1,6 +1,6 @@
 """What was once lost without a word, with the cure and without it in one run: the same is done to the whole program and to one whose cure
 is taken out. The second loses and says nothing; so the first is judged by a test that can fail. What needs interfaces is in
-tests/rig/test_acquire_cures.py."""
+tests/rig/test_interface_cures.py."""
 
 import contextlib
 import subprocess

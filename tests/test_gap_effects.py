@@ -10,7 +10,7 @@ from talus.diagnosis.experiment.menu import BEYOND, TRAJECTORIES
 DIAGNOSIS = REPOSITORY / "tools/talus/diagnosis"
 # the judge of the withheld cases draws effects in forms of its own and must not follow the diagnosis
 # what draws effects of its own, and what another program's file can say of each
-DRAWN = {"blind/effects.py", "known/spikes.py", "known/camera_scores.py"}
+DRAWN = {"blind/effects.py", "known/spikes.py", "known/camera_scores.py", "known/fleet.py"}
 SAID_ELSEWHERE = {"exporting/target.py", "exporting/terms.py"}
 MAY_NAME_THEM = {*(REPOSITORY / "tools/talus" / name for name in DRAWN | SAID_ELSEWHERE), *DIAGNOSIS.glob("effects/*.py")}
 COORDINATES = {"position", "velocity", "acceleration", "load", "current", "time", "reversal", "motor_angle", "frequency", "encoder"}

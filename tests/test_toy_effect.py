@@ -78,7 +78,7 @@ def compared(ours, theirs, at=""):
 
 
 def test_two_files_and_a_section_are_all_that_differs(copy):
-    hidden = [".git", ".venv", "build", BUILD.name, "__pycache__", ".pytest_cache", ".ruff_cache", ".rig"]
+    hidden = [".git", ".venv", "build", BUILD.name, "__pycache__", ".pytest_cache", ".ruff_cache", ".mypy_cache", ".rig"]
     new, changed, gone = compared(copy, filecmp.dircmp(REPOSITORY, copy.root, ignore=hidden))
     assert (sorted(new), changed, gone) == (sorted(FILES), [PAGE], [])
 

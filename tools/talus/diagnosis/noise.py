@@ -14,7 +14,8 @@ SHORTEST_PERIOD_S, LONGEST_PERIOD_S = 0.5, 120.0
 REPEATS_BELOW = 1e-3  # mismatch of the angle, over twice its variance, of a motion that repeats
 FEWEST_REPEATED_ROWS = 50
 NEAR_REPEAT_AFTER_S = 1.0  # what comes back sooner is the same motion, not another
-NEIGHBOURS = 60
+NEIGHBOURS = 60  # a state with so many of its own second nearer than another's is too far from that one
+ROWS_AT_A_TIME = 64
 NEAREST_SHARE = 0.25
 FEWEST_PAIRS = 30
 LASTING_S = 1.0  # what is still there after it is no noise of a sensor
@@ -121,18 +122,28 @@ def concentration(processed, values, mask, period_s):
 def near_pairs(states, t_s):
     """(i, k): instants at which nearly the same state comes back a second or more later, the nearest such pairs; None where there
     are few. `states` is (n, m)."""
-    from scipy.spatial import cKDTree  # slow to load, and only motions that do not repeat need it
-
     unit = (states - states.mean(0)) / (states.std(0) + 1e-12)
-    distance, index = cKDTree(unit).query(unit, k=min(NEIGHBOURS, len(unit)))
-    apart = np.abs(t_s[index] - t_s[:, None]) > NEAR_REPEAT_AFTER_S
-    first = apart.argmax(1)
-    row = np.flatnonzero(apart.any(1))
+    begins = np.searchsorted(t_s, t_s - NEAR_REPEAT_AFTER_S, side="left")
+    ends = np.searchsorted(t_s, t_s + NEAR_REPEAT_AFTER_S, side="right")
+    nearest, near = np.empty(len(t_s), int), np.full(len(t_s), np.inf)
+    for first in range(0, len(t_s), ROWS_AT_A_TIME):
+        square = _squares(unit[first:first + ROWS_AT_A_TIME], unit)
+        for i, row in enumerate(square, first):
+            own = row[begins[i]:ends[i]].copy()
+            row[begins[i]:ends[i]] = np.inf
+            nearest[i] = row.argmin()
+            if (own < row[nearest[i]]).sum() < NEIGHBOURS:
+                near[i] = row[nearest[i]]
+    row = np.flatnonzero(np.isfinite(near))
     if len(row) < FEWEST_PAIRS:
         return None
-    near = distance[row, first[row]]
-    row = row[near <= np.quantile(near, NEAREST_SHARE)]
-    return row, index[row, first[row]]
+    row = row[near[row] <= np.quantile(near[row], NEAREST_SHARE)]
+    return row, nearest[row]
+
+
+def _squares(some, states):
+    """Squared distance of each of some states from each state."""
+    return (some**2).sum(1)[:, None] + (states**2).sum(1) - 2 * some @ states.T
 
 
 def pair_deviation(change):

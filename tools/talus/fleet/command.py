@@ -5,7 +5,7 @@ import os
 import sys
 from pathlib import Path
 
-from talus import command_line, outputs
+from talus import command_line, constants, outputs
 from talus.progress import Progress
 from talus.refused import Refused
 

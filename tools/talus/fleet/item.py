@@ -111,7 +111,7 @@ def _diagnosed(arguments):
         texts[options.trajectory] = found.trajectory
     texts[options.flags["--report"]] = report.to_text(found.report)
     texts[options.flags["--save-model"]], _ = fitted.model_text(tree, model, found)
-    command.write_all(texts)
+    outputs.write_texts(texts)
     plain_report = json.loads(texts[options.flags["--report"]])
     kept = {key: plain_report[key] for key in ("verdict", "effects", "gap", "motion", "findings")}
     return {**kept, "parameters": plain}
