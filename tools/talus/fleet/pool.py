@@ -60,6 +60,8 @@ def spread(client, items, work):
 def connected(jobs, scheduler):
     """A client of the cluster at an address, or of `jobs` processes on this machine, each of one thread and watched by a nanny."""
     distributed = _library()
+    for handler in logging.getLogger("distributed").handlers:
+        handler.setLevel(logging.CRITICAL)  # what ends the work is said in one line, by Refused
     if scheduler is None:
         local = {"n_workers": jobs, "threads_per_worker": 1, "processes": True, "dashboard_address": "127.0.0.1:0",
                  "silence_logs": logging.CRITICAL, "preload": [__name__]}  # fmt: skip
