@@ -2,6 +2,7 @@
 
 import json
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -11,6 +12,7 @@ from scipy.stats import norm
 from support import REPOSITORY, run
 
 import talus
+from talus.diagnosis import verdict
 from talus.diagnosis.calibration import gains, lowpass
 from talus.diagnosis.calibration.gains import Calibration
 from talus.diagnosis.calibration.replicates import Source, driven
@@ -67,6 +69,18 @@ def test_an_effect_well_above_its_nulls_is_kept_whatever_others_gain():
     found = Calibration({KEY: 1400.0, ("elasticity", "joint"): 900.0}, nulls, {"T0": 0.0}, 0.0)
     assert found.nothing(KEY, 1400.0) < 0.01 and found.nothing(("elasticity", "joint"), 900.0) > 0.9
     assert found.nothing_at_all() < 0.01 or found.nothing_at_all() > 0.5  # by the largest: 1,400 is what elasticity gains anyhow
+
+
+def test_an_effect_is_doubted_where_the_replicates_gain_more_by_another(monkeypatch):
+    """What the readings do to the one there they may do to the other here."""
+    other, nulls = ("elasticity", "joint"), (3700.0, 3500.0, 4000.0)
+    surely = [(0.99, *KEY), (0.01, "none", "none")]
+    monkeypatch.setattr(verdict, "first_judgement", lambda search, fit: verdict.Verdict(surely, fit, 0.1))
+    for own, doubted in ((3300.0, True), (40_000.0, False)):
+        found = Calibration({KEY: 2800.0, other: own}, [{other: gain} for gain in nulls], {"T0": 0.0}, 0.0)
+        judged = verdict.judge(SimpleNamespace(calibration=found), None)
+        assert found.nothing(KEY, 2800.0) < 0.01 and found.outdone() == doubted
+        assert judged.effect == KEY[0] and judged.probabilities[0][0] == pytest.approx(verdict.UNSTABLE_AT_MOST if doubted else 0.99)
 
 
 # ---- replicates ------------------------------------------------------------------------

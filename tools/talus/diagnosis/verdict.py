@@ -192,13 +192,14 @@ def rivals(search, fit):
 
 def judge(search, fit, half=None, inertia_known=True):
     """The verdict on a search's outcome, and the fit with the named effect in front. `half` makes the dataset through half the
-    low-pass, at which a named effect must show as well; where the sensors leave the inertia unknown, it may stand for that."""
+    low-pass, at which a named effect must show as well; where the sensors leave the inertia unknown, it may stand for that, and
+    where replicates gain more than the recordings, for what the readings do."""
     verdict = first_judgement(search, fit)
     if verdict.effect in ("none", "unknown"):
         return verdict
     if half:
         verdict.stable = survives(search, verdict.fit, verdict.rivals, half())
-    if not inertia_known or verdict.stable is False:
+    if not inertia_known or verdict.stable is False or (search.calibration and search.calibration.outdone()):
         verdict.doubted()
     if verdict.effect in ("none", "unknown"):
         verdict.fit = search.plain

@@ -69,6 +69,11 @@ class Calibration:
         have, but none of them much."""
         return self._probability(*self._largest(), 1)
 
+    def outdone(self):
+        """Do the replicates' largest gains exceed that of the recordings? What the readings alone gain something so much may gain
+        another effect as much in the recordings."""
+        return self._largest()[0] < 0
+
     def _largest(self):
         logs = [math.log(max(max(gains.values(), default=0.0), 0.0) + self.least) for gains in (self.own, *self.gains)]
         middle, width = _lognormal(logs[1:])
