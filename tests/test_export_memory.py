@@ -1,5 +1,7 @@
 """The export of what does not fit into memory: its parts against the same on whole arrays, and its peak."""
 
+import gc
+import json
 import os
 import random
 import resource
@@ -8,9 +10,9 @@ import sys
 
 import numpy as np
 import pytest
-from bus_record import DBC, MODEL, frames_of, twin, write_long
+from bus_record import BEGIN_NS, DBC, MODEL, frames_of, twin, write_long
 from export_parts import follow
-from talus.acquire_export import spool
+from talus.acquire_export import command, spool
 from talus.acquire_export.clock import support_line
 from talus.acquire_export.encoders import PlaceMeans
 from talus.acquire_export.ranks import quantiles, ranked
@@ -182,6 +184,20 @@ def test_memory_of_a_large_record(tmp_path, frames):
     write_long(tmp_path / "large.log", frames, turns)
     assert (tmp_path / "large.log").stat().st_size > 0.9e6 * turns
     assert peak_mb(tmp_path, tmp_path / "large.log", 1) < MOST_MB
+
+
+def test_nothing_of_an_export_stays_in_the_process(tmp_path, frames):
+    """Of a record with an events file, whose clocks are looked at."""
+    write_long(tmp_path / "r.log", frames[:400], 1)
+    events = [{"type": "header", "sources": [{"name": "can0", "stamps": "software"}]}]
+    events += [{"type": "clock", "mono_ns": 5 * 10**9 + t, "real_ns": BEGIN_NS + t, "width_ns": 50} for t in (0, 10**9)]
+    (tmp_path / "r.jsonl").write_text("".join(json.dumps(event) + "\n" for event in events))
+    arguments = ["--dbc", DBC, "--model", MODEL, "--quiet", "--out", tmp_path / "out.csv", tmp_path / "r.log"]
+    gc.collect()
+    before = sum(isinstance(thing, spool.Store) for thing in gc.get_objects())
+    assert command.main([str(argument) for argument in arguments]) in (0, 1)
+    gc.collect()
+    assert sum(isinstance(thing, spool.Store) for thing in gc.get_objects()) == before
 
 
 def test_no_room_for_what_is_computed_on_the_way(tmp_path, frames):

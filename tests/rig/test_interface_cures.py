@@ -1,12 +1,15 @@
 """What was once lost without a word when interfaces were pulled and renamed, with the cure and without it in one run; what needs no interface
 is in tests/test_acquire_cures.py, which says how this is judged."""
 
+import random
+import subprocess
 import time
+from pathlib import Path
 
 import pytest
-from recording import Recording, ip
+from recording import SOURCE, Recording, ip
 from test_acquire_plugging import numbers_of, plug_in, send_some
-from uncured import BOUND, OTHER_NOT_FOLLOWED, uncured
+from uncured import BOUND, LAST_WORD_NOT_HEARD, OTHER_NOT_FOLLOWED, uncured
 
 pytestmark = [pytest.mark.rig, pytest.mark.release]
 
@@ -50,3 +53,36 @@ def test_another_takes_the_name(vcan, tmp_path, program_of):
         assert_silent(recording, recording.stop(status=0))
     ip("del", "tlaway")
     assert len(numbers_of(recording)) == (300 if cured else 100)
+
+
+def in_qemu():
+    vendor = Path("/sys/class/dmi/id/sys_vendor")
+    return vendor.exists() and vendor.read_text().strip() == "QEMU"
+
+
+def test_deleted_under_load(vcan, tmp_path, capsys):
+    """Both programs at once, of the same frames. QEMU's guest loses some with each interface, the other guest does not."""
+    (name,) = vcan()
+    generator, rounds = random.Random(5), 12
+    other = uncured(tmp_path / "uncured", LAST_WORD_NOT_HEARD)
+    with Recording(tmp_path / "c", name) as cured, Recording(tmp_path / "u", name, path=other) as silent:
+        sender = subprocess.Popen([SOURCE, "plugged", str(rounds), "9", name], stdout=subprocess.PIPE, text=True)
+        for _ in range(rounds):
+            time.sleep(0.5 + 0.4 * generator.random())
+            ip("del", name)
+            plug_in(name)
+        sent = int(sender.communicate()[0].split()[1])
+        time.sleep(0.5)
+        said = silent.stop(status=None)
+        cured.stop(status=None)
+    reported, perhaps = cured.end()["lost"], cured.at_end(name)["perhaps_lost"]
+    logged, logged_there = len(numbers_of(cured)), len(numbers_of(silent))
+    with capsys.disabled():
+        print(f"\n  {rounds} times out and in: sent {sent}, logged {logged}, reported {reported}; uncured: logged {logged_there}, "
+              f"reported {silent.end()['lost']}")  # fmt: skip
+    assert logged + reported <= sent <= logged + reported + perhaps and logged_there == logged
+    assert reported or not in_qemu()
+    if reported:
+        assert silent.end()["lost"] < sent - logged and cured.process.returncode == 1
+    else:
+        assert "nothing lost" in said and cured.process.returncode == 0

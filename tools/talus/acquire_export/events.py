@@ -217,6 +217,7 @@ class Clocks:
     def __init__(self, events, store):
         self.events, self.store, self.frames = events, store, {}
         self.looks = events is not None and bool(events.model.steps)
+        self.edges = cache(self.find_edges)  # goes with this object; a cache of the class would keep every record's frames
 
     def take(self, part, sources):
         for number in np.unique(part.source).tolist() if self.looks else ():
@@ -238,8 +239,7 @@ class Clocks:
         edges = np.array(self.edges(self.sources.index(source)), np.int64)
         return InterfaceClock(lambda stamp_ns, line: self.events.model.convert_between(stamp_ns, np.searchsorted(edges, line, "right")))
 
-    @cache
-    def edges(self, number):
+    def find_edges(self, number):
         """The line of the first frame behind each step."""
         if not self.looks:
             return []

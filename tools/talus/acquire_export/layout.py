@@ -10,11 +10,13 @@ message says that its counter numbers the ticks of an even clock at which its pa
 """
 
 import logging
+from pathlib import Path
 
 import cantools
 import numpy as np
 from talus.refused import Refused
 
+from . import bounds
 from .record import EXTENDED
 
 COUNTER = "Counter"
@@ -120,7 +122,9 @@ class Database:
         """Refused with status 2 when it does not parse or is not there."""
         logging.getLogger("cantools").setLevel(logging.CRITICAL)  # what is wrong is said here, in one line
         try:
-            database = cantools.database.load_file(str(path), database_format="dbc")
+            text = Path(path).read_text(encoding="cp1252", errors="replace")
+            bounds.check(text)
+            database = cantools.database.load_string(text, database_format="dbc")
             return cls([Message(message) for message in database.messages])
         except Refused as error:
             raise Refused(2, f"{path}: {error.text}") from error
