@@ -75,10 +75,14 @@ fetch_gpio() {
   release=$(kernel_release)
   [ -n "$release" ] || die "apt knows no linux-image-amd64"
   mkdir -p "$cache"
+  # kernel, headers and module belong together: anew for another release, or after a fetch that was cut off
+  [ "$(cat "$cache/release" 2>/dev/null)" = "$release" ] ||
+    rm -rf "$cache"/{kernel,kernel-whole,headers,headers-new,source,gpio-sim.ko,release}
   unpack busybox busybox-static
   fetch_kernel "$release"
   fetch_headers "$release"
   build_gpio_sim "$release"
+  echo "$release" >"$cache/release"
   fetch_gpiod2
 }
 
