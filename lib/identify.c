@@ -35,12 +35,26 @@ static int has_rows(const tl_factor *f) {
   return f->rows > (size_t)f->columns;
 }
 
+tl_status tl_problem_merge(const tl_problem *problem, const tl_factor *factor, tl_factor *merged) {
+  int j, index[TL_MAX_ROW];
+  tl_status status;
+
+  if (!problem || !factor || !merged) return TL_ERR_ARGUMENT;
+  status = tl_factor_init(merged, problem->bases);
+  for (j = 0; j < problem->joints && status == TL_OK; j++) {
+    if (!(problem->weight[j] > 0.0) || factor[j].rows == 0) continue;
+    tl_row_index(&problem->model, j, index);
+    tl_factor_merge(merged, &factor[j], index, problem->weight[j]);
+  }
+  return status;
+}
+
 /* all joints in one factor, each weighted so that noise counts the same everywhere;
  * the few rows of a joint that hardly moves weigh nothing */
 static tl_status combine(tl_problem *p, const tl_factor *factor) {
-  int j, index[TL_MAX_ROW];
+  int j;
   double least = 0.0, most = 0.0;
-  tl_status status = tl_factor_init(&p->factor, p->bases);
+  tl_status status = TL_OK;
 
   for (j = 0; j < p->joints && status == TL_OK; j++) {
     p->noise[j] = has_rows(&factor[j]) ? own_residual(&factor[j]) : 0.0;
@@ -52,9 +66,8 @@ static tl_status combine(tl_problem *p, const tl_factor *factor) {
     double noise = p->noise[j] > least ? p->noise[j] : least;
     if (!has_rows(&factor[j])) continue;
     p->weight[j] = p->settings.weighting == TL_WEIGHT_NOISE ? 1.0 / noise : 1.0;
-    tl_row_index(&p->model, j, index);
-    tl_factor_merge(&p->factor, &factor[j], index, p->weight[j]);
   }
+  if (status == TL_OK) status = tl_problem_merge(p, factor, &p->factor);
   return status == TL_OK && p->factor.rows == 0 ? TL_ERR_TOO_SHORT : status;
 }
 

@@ -2,8 +2,8 @@
 #include <math.h>
 #include <string.h>
 
+#include "identify_internal.h"
 #include "math_inline.h"
-#include "talus/identify.h"
 
 #define NEAREST_STEPS 200
 #define NEAREST_TOLERANCE 1e-14
@@ -343,31 +343,40 @@ static void parameter_gain(const tl_problem *p, const view *w, const double *jac
     }
 }
 
-tl_status tl_identify_sigma(const tl_problem *problem, const tl_sandwich *s, tl_identify_result *result) {
-  double gain[TL_MAX_PARAMETERS * TL_MAX_BASE], base_gain[TL_MAX_BASE * TL_MAX_BASE] = {0};
+tl_status tl_identify_gain(const tl_problem *problem, const double *value, tl_gain *gain) {
   double jacobian[TL_MAX_BASE * TL_MAX_PARAMETERS];
-  tl_model m;
+  tl_model m = problem->model;
   view w;
   int i, a, b, n = problem->parameters;
-  tl_status status;
+  tl_status status = view_init(problem, value, NULL, &w);
 
-  if (!problem || !s || !result || s->bases != problem->bases) return TL_ERR_ARGUMENT;
-  if (s->blocks < (size_t)problem->bases + 2) return TL_ERR_TOO_SHORT;
-  status = view_init(problem, result->value, NULL, &w);
   if (status != TL_OK) return status;
-  m = problem->model;
-  tl_parameters_set(&m, result->value);
+  memset(gain, 0, sizeof *gain);
+  tl_parameters_set(&m, value);
   tl_base_jacobian(&m, jacobian);
-  parameter_gain(problem, &w, jacobian, gain);
-  propagate(s, gain, n, w.kept, result->sigma);
+  parameter_gain(problem, &w, jacobian, gain->parameter);
+  gain->kept = w.kept;
   /* the base parameters move as the parameters do: J K */
   for (a = 0; a < problem->bases; a++)
     for (b = 0; b < problem->bases; b++)
       for (i = 0; i < n; i++)
-        base_gain[tl_entry(problem->bases, a, b)] +=
-            jacobian[tl_entry(n, a, i)] * gain[tl_entry(problem->bases, i, b)];
-  propagate(s, base_gain, problem->bases, w.kept, result->base_sigma);
-  for (i = 0; i < n; i++)
+        gain->base[tl_entry(problem->bases, a, b)] +=
+            jacobian[tl_entry(n, a, i)] * gain->parameter[tl_entry(problem->bases, i, b)];
+  return TL_OK;
+}
+
+tl_status tl_identify_sigma(const tl_problem *problem, const tl_sandwich *s, tl_identify_result *result) {
+  tl_gain gain;
+  int i;
+  tl_status status;
+
+  if (!problem || !s || !result || s->bases != problem->bases) return TL_ERR_ARGUMENT;
+  if (s->blocks < (size_t)problem->bases + 2) return TL_ERR_TOO_SHORT;
+  status = tl_identify_gain(problem, result->value, &gain);
+  if (status != TL_OK) return status;
+  propagate(s, gain.parameter, problem->parameters, gain.kept, result->sigma);
+  propagate(s, gain.base, problem->bases, gain.kept, result->base_sigma);
+  for (i = 0; i < problem->parameters; i++)
     if (!result->identifiable[i]) result->sigma[i] = (double)NAN;
   return TL_OK;
 }

@@ -5,66 +5,13 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "fold.h"
+#include "reread.h"
 #include "swarm.h"
 
-#define BLOCK_S 0.5   /* residuals further apart than this count as independent */
-#define HUBER_K 1.345 /* 95 % efficiency on normal noise (Huber 1964) */
+#define BLOCK_S 0.5 /* residuals further apart than this count as independent */
 #define HUBER_PASSES 12
 #define WIDEN_MOST 4
-
-/* ---- first pass: rows into factors ------------------------------------------ */
-
-struct folding {
-  tl_factor *factor; /* one a joint */
-  int joints;
-  int robust; /* 1: Huber's weights at the base parameters `base` */
-  double base[TL_FACTOR_MAX];
-  double scale[TL_MAX_JOINTS]; /* residual's scale for Huber's weights */
-  double *scratch, *weight;
-  size_t room;
-};
-
-static int fold_room(struct folding *f, size_t n, struct app_error *error) {
-  if (n <= f->room) return 0;
-  free(f->scratch);
-  free(f->weight);
-  f->scratch = malloc((TL_MAX_ROW + 1) * n * sizeof *f->scratch);
-  f->weight = malloc(n * sizeof *f->weight);
-  f->room = n;
-  return f->scratch && f->weight ? 0 : app_fail(error, APP_FAILED, "out of memory");
-}
-
-/* square roots of Huber's weights at the current base parameters */
-static void huber_weights(const struct folding *f, const tl_rows *rows, int joint) {
-  for (size_t k = 0; k < rows->n; k++) {
-    double e = fabs(tl_rows_residual(rows, f->base, k)), limit = HUBER_K * f->scale[joint];
-    f->weight[k] = e > limit ? sqrt(limit / e) : 1.0;
-  }
-}
-
-static int fold_part(const struct stream_part *part, void *context, struct app_error *error) {
-  struct folding *f = context;
-
-  for (int j = 0; j < f->joints; j++) {
-    const tl_rows *rows = &part->space->rows[j];
-    if (fold_room(f, rows->n ? rows->n : 1, error) != 0) return -1;
-    if (f->robust) huber_weights(f, rows, j);
-    tl_rows_fold(rows, f->robust ? f->weight : NULL, f->scratch, &f->factor[j]);
-  }
-  return 0;
-}
-
-static int fold_all(struct folding *f, const tl_model *model, struct stream *const *stream, int streams,
-                    struct app_error *error) {
-  int index[TL_MAX_ROW];
-
-  for (int j = 0; j < f->joints; j++)
-    if (tl_factor_init(&f->factor[j], tl_row_index(model, j, index)) != TL_OK)
-      return app_fail(error, APP_FAILED, "too many columns");
-  for (int i = 0; i < streams; i++)
-    if (stream_rows(stream[i], fold_part, f, error) != 0) return -1;
-  return 0;
-}
 
 /* ---- the search ------------------------------------------------------------- */
 
@@ -185,21 +132,40 @@ static int judge(struct fit *fit, const tl_model *model, struct stream *const *s
   return status == TL_OK || fit->few_blocks ? 0 : app_fail(error, APP_FAILED, "%s", tl_status_text(status));
 }
 
+/* what residuals do not show; without standard deviations there is nothing to add to */
+static int find_systematic(struct fit *fit, struct folding *f, const tl_model *model,
+                           const struct fit_input *in, struct app_error *error) {
+  tl_status status = TL_OK;
+
+  if (fit->few_blocks) return 0;
+  if (reread_all(fit->readings, f, &fit->problem, model, in, error) != 0) return -1;
+  status = tl_identify_readings(&fit->problem, fit->readings, &fit->result);
+  return status == TL_OK ? 0 : app_fail(error, APP_FAILED, "%s", tl_status_text(status));
+}
+
+static int fit_folded(struct fit *fit, struct folding *f, const tl_model *model,
+                      const struct fit_settings *settings, const struct fit_input *in, fit_trace trace,
+                      void *context, struct app_error *error) {
+  if (fold_all(f, model, in->stream, in->streams, error) != 0) return -1;
+  if (set_problem(fit, model, settings, f->factor, stream_path(in->stream[0]), error) != 0) return -1;
+  if (settings->huber && reweight(fit, f, model, settings, in->stream, in->streams, error) != 0) return -1;
+  if (search(fit, settings->threads, error) != 0) return -1;
+  if (judge(fit, model, in->stream, in->streams, trace, context, error) != 0) return -1;
+  return find_systematic(fit, f, model, in, error);
+}
+
 int fit_run(struct fit *fit, const tl_model *model, const struct fit_settings *settings,
-            struct stream *const *stream, int streams, fit_trace trace, void *context,
-            struct app_error *error) {
+            const struct fit_input *in, fit_trace trace, void *context, struct app_error *error) {
   struct folding f = {.joints = tl_joint_count(model)};
   int result;
 
   memset(fit, 0, sizeof *fit);
   f.factor = calloc((size_t)f.joints, sizeof *f.factor);
-  if (!f.factor) return app_fail(error, APP_FAILED, "out of memory");
-  result = fold_all(&f, model, stream, streams, error);
-  if (result == 0) result = set_problem(fit, model, settings, f.factor, stream_path(stream[0]), error);
-  if (result == 0 && settings->huber) result = reweight(fit, &f, model, settings, stream, streams, error);
-  free(f.factor);
-  free(f.scratch);
-  free(f.weight);
-  if (result == 0) result = search(fit, settings->threads, error);
-  return result == 0 ? judge(fit, model, stream, streams, trace, context, error) : -1;
+  fit->readings = malloc(sizeof *fit->readings);
+  result = f.factor && fit->readings ? fit_folded(fit, &f, model, settings, in, trace, context, error)
+                                     : app_fail(error, APP_FAILED, "out of memory");
+  fold_free(&f);
+  free(fit->readings);
+  fit->readings = NULL;
+  return result;
 }

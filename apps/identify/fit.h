@@ -13,6 +13,12 @@ struct fit_settings {
   int huber; /* 1: Huber's loss instead of the square, by reweighting */
 };
 
+/* The recordings; of each also the thinned one, where thinned is not NULL: all of them can be thinned then. */
+struct fit_input {
+  struct stream *const *stream, *const *thinned;
+  int streams;
+};
+
 /* One joint's error over all recordings, of the model as given and as identified. */
 struct fit_error {
   struct scored nominal, identified;
@@ -24,7 +30,8 @@ struct fit {
   uint64_t evaluations;
   int widened; /* how often the default bounds had to grow */
   struct fit_error error[TL_MAX_JOINTS];
-  int few_blocks; /* 1: too little data for standard deviations */
+  int few_blocks;        /* 1: too little data for standard deviations */
+  tl_readings *readings; /* while it runs */
 };
 
 /* One grid instant of one joint after the fit, for the picture: filtered measured torque
@@ -36,10 +43,9 @@ struct fit_instant {
 };
 typedef void (*fit_trace)(const struct fit_instant *instant, void *context);
 
-/* Identifies `model` from the streams. `trace` is called in order of recording and time.
+/* Identifies `model` from the recordings. `trace` is called in order of recording and time.
  * Nullable: trace. */
 int fit_run(struct fit *fit, const tl_model *model, const struct fit_settings *settings,
-            struct stream *const *stream, int streams, fit_trace trace, void *context,
-            struct app_error *error);
+            const struct fit_input *in, fit_trace trace, void *context, struct app_error *error);
 
 #endif

@@ -124,19 +124,42 @@ static void close_inputs(struct inputs *in) {
   free(in->recording);
 }
 
-static int open_inputs(struct inputs *in, const struct model_file *file, char **path, int n,
-                       const tl_window *window, struct app_error *error) {
+static int new_inputs(struct inputs *in, int n, struct app_error *error) {
   in->n = n;
   in->recording = calloc((size_t)n, sizeof(struct recording *));
   in->stream = calloc((size_t)n, sizeof(struct stream *));
-  if (!in->recording || !in->stream) return app_fail(error, APP_FAILED, "out of memory");
+  return in->recording && in->stream ? 0 : app_fail(error, APP_FAILED, "out of memory");
+}
+
+static int open_stream(struct inputs *in, int i, const struct model_file *file, const tl_window *window,
+                       struct app_error *error) {
+  in->stream[i] = stream_open(in->recording[i], &file->model, &file->score, window, error);
+  if (!in->stream[i]) return -1;
+  if (asked.threads != UINT64_MAX) stream_set_workers(in->stream[i], (int)asked.threads);
+  return stream_set_effects(in->stream[i], file->effect, file->effects, error);
+}
+
+/* all of them thinned, or none where one is too short or too slow for it: that is no error */
+static void open_thinned(struct inputs *thinned, const struct inputs *in, const struct model_file *file,
+                         const tl_window *window) {
+  struct app_error ignored;
+
+  if (new_inputs(thinned, in->n, &ignored) != 0) return;
+  for (int i = 0; i < in->n; i++) {
+    thinned->recording[i] = recording_thinned(in->recording[i], TL_THINNED, &ignored);
+    if (thinned->recording[i] && open_stream(thinned, i, file, window, &ignored) == 0) continue;
+    close_inputs(thinned);
+    *thinned = (struct inputs){NULL, NULL, 0};
+    return;
+  }
+}
+
+static int open_inputs(struct inputs *in, const struct model_file *file, char **path, int n,
+                       const tl_window *window, struct app_error *error) {
+  if (new_inputs(in, n, error) != 0) return -1;
   for (int i = 0; i < n; i++) {
     in->recording[i] = recording_open(path[i], file->model.plant, error);
-    if (!in->recording[i]) return -1;
-    in->stream[i] = stream_open(in->recording[i], &file->model, &file->score, window, error);
-    if (!in->stream[i]) return -1;
-    if (asked.threads != UINT64_MAX) stream_set_workers(in->stream[i], (int)asked.threads);
-    if (stream_set_effects(in->stream[i], file->effect, file->effects, error) != 0) return -1;
+    if (!in->recording[i] || open_stream(in, i, file, window, error) != 0) return -1;
   }
   return 0;
 }
@@ -205,7 +228,8 @@ static int write_results(const struct report_input *in, const struct picture *pi
 }
 
 static int identify(const struct model_file *file, struct fit_settings *settings, const struct inputs *in,
-                    char **path, struct app_error *error) {
+                    const struct inputs *thinned, char **path, struct app_error *error) {
+  const struct fit_input input = {in->stream, thinned->stream, in->n};
   struct picture *picture = asked.html ? picture_new(in->n, tl_joint_count(&file->model)) : NULL;
   struct fit *fit = malloc(sizeof *fit);
   struct report_input report = {fit, file, in->stream, (const char *const *)path, in->n, asked.seed};
@@ -213,8 +237,7 @@ static int identify(const struct model_file *file, struct fit_settings *settings
 
   if (result == 0) result = probe_results(error);
   if (result == 0)
-    result = fit_run(fit, &file->model, settings, in->stream, in->n, picture ? picture_trace : NULL, picture,
-                     error);
+    result = fit_run(fit, &file->model, settings, &input, picture ? picture_trace : NULL, picture, error);
   if (result == 0) result = write_results(&report, picture, error);
   if (result == 0 && !asked.quiet) report_say(&report);
   if (result == 0 && asked.quiet) report_warn(&report);
@@ -225,7 +248,8 @@ static int identify(const struct model_file *file, struct fit_settings *settings
 
 int main(int argc, char **argv) {
   struct fit_settings settings = {.identify = tl_identify_defaults(), .threads = 1};
-  struct inputs in = {NULL, NULL, 0};
+  struct inputs in = {NULL, NULL, 0}, thinned = {NULL, NULL, 0};
+  const tl_window *given;
   struct model_file file;
   struct app_error error;
   tl_window window;
@@ -242,13 +266,15 @@ int main(int argc, char **argv) {
   if (check_results(argv + first, argc - first) != CLI_RUN) return APP_BAD_INPUT;
   if (model_file_read(asked.model, &file, &error) != 0) return app_exit(&error);
   if (!asked.window && file.has_window) window = file.window;
-  result = open_inputs(&in, &file, argv + first, argc - first,
-                       asked.window || file.has_window ? &window : NULL, &error);
+  given = asked.window || file.has_window ? &window : NULL;
+  result = open_inputs(&in, &file, argv + first, argc - first, given, &error);
   if (result == 0) result = gravity_is_seen(&file, &in, &gravity_seen, &error);
   if (result == 0) {
     hold_and_bound(&file, gravity_seen, &settings.identify);
-    result = identify(&file, &settings, &in, argv + first, &error);
+    open_thinned(&thinned, &in, &file, given);
+    result = identify(&file, &settings, &in, &thinned, argv + first, &error);
   }
+  close_inputs(&thinned);
   close_inputs(&in);
   return result == 0 ? APP_OK : app_exit(&error);
 }

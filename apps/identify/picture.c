@@ -80,6 +80,7 @@ static void parameter_table(struct page *page, const struct report_input *in) {
     snprintf(cell[2], CELL, "%+.1f %%", p->prior[i] != 0.0 ? 100.0 * (r->value[i] / p->prior[i] - 1.0) : 0.0);
     if (p->prior[i] == 0.0) cells[3] = "-";
     snprintf(cell[3], CELL, "%.2g", r->sigma[i]);
+    if (r->hidden[i]) cells[4] = "unknown";
     if (!r->identifiable[i]) cells[4] = p->settings.fixed[i] ? "held" : "not identifiable";
     page_table_row(page, cells);
   }
@@ -92,6 +93,16 @@ static void null_space_paragraphs(struct page *page, const struct report_input *
   for (int k = 0; k < in->fit->result.null_count; k++) {
     if (!report_null_text(in, k, &told, names, sizeof names)) continue;
     snprintf(text, sizeof text, "Not identifiable: %s.", names);
+    page_paragraph(page, text);
+  }
+}
+
+static void inertia_paragraphs(struct page *page, const struct report_input *in) {
+  char said[REPORT_TEXT], text[REPORT_TEXT + 8];
+
+  for (int i = 0; i < in->fit->problem.parameters; i++) {
+    if (!report_inertia_text(in, i, said, sizeof said)) continue;
+    snprintf(text, sizeof text, "Note: %s.", said);
     page_paragraph(page, text);
   }
 }
@@ -121,6 +132,7 @@ int picture_write(const struct picture *picture, const char *path, const struct 
   error_table(page, in);
   parameter_table(page, in);
   null_space_paragraphs(page, in);
+  inertia_paragraphs(page, in);
   for (int i = 0; i < in->recordings; i++) charts(page, picture, in, i);
   result = page_write(page, path, error);
   page_free(page);

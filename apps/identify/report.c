@@ -8,6 +8,7 @@
 #include "common/json_file.h"
 
 #define SLOW_WINDOW 1.5   /* a window of so many periods of the low-pass smears what is scored */
+#define FIXED_WITHIN 0.01 /* of an inertia: a larger standard deviation is said */
 #define POORLY_KNOWN 0.5  /* of the parameter's size: a standard deviation to warn of */
 #define IN_DIRECTION 1e-3 /* share of a null direction from which on a parameter belongs to it */
 
@@ -24,6 +25,8 @@ static json_t *parameters_json(const struct report_input *in) {
     json_set_number(one, "prior", p->prior[i]);
     json_set_number(one, "value", r->value[i]);
     json_set_number(one, "sigma", r->sigma[i]);
+    json_set_number(one, "systematic", r->identifiable[i] ? r->systematic[i] : (double)NAN);
+    json_object_set_new(one, "hidden_by_noise", json_boolean(r->hidden[i]));
     json_object_set_new(one, "identifiable", json_boolean(r->identifiable[i]));
     json_object_set_new(one, "at_bound", json_boolean(r->at_bound[i]));
     json_object_set_new(all, table[i].name, one);
@@ -162,6 +165,8 @@ static void say_parameters(const struct report_input *in) {
       fprintf(stderr, "%10s\n", "fixed");
     else if (!r->identifiable[i])
       fprintf(stderr, "%10s\n", "(*)");
+    else if (r->hidden[i])
+      fprintf(stderr, "%10s%s\n", "unknown", r->at_bound[i] ? "  at its bound" : "");
     else
       fprintf(stderr, "%10.2g%s\n", r->sigma[i], r->at_bound[i] ? "  at its bound" : "");
   }
@@ -202,6 +207,29 @@ int report_null_text(const struct report_input *in, int direction, unsigned *tol
   return 1;
 }
 
+int report_inertia_text(const struct report_input *in, int parameter, char *text, size_t size) {
+  const tl_identify_result *r = &in->fit->result;
+  const tl_parameter *p = &tl_parameters(&in->fit->problem.model, &(int){0})[parameter];
+  double value = fabs(r->value[parameter]), systematic = r->systematic[parameter];
+
+  if (!r->identifiable[parameter]) return 0;
+  if (r->hidden[parameter]) {
+    snprintf(
+        text, size,
+        "these recordings do not fix %s: resolution, noise and sampling of the angles move it by %.0f %% of "
+        "what was found, and it may be any amount too small",
+        p->name, value > 0.0 ? 100.0 * systematic / value : 100.0);
+    return 1;
+  }
+  if (!p->positive || !(r->sigma[parameter] > FIXED_WITHIN * value)) return 0;
+  snprintf(text, size,
+           "these recordings fix %s within %.1f %% only (one standard deviation); resolution, noise and "
+           "sampling of "
+           "the angles alone move it by %.1f %%",
+           p->name, 100.0 * r->sigma[parameter] / value, 100.0 * systematic / value);
+  return 1;
+}
+
 void report_warn(const struct report_input *in) {
   const tl_problem *p = &in->fit->problem;
   const tl_identify_result *r = &in->fit->result;
@@ -218,6 +246,7 @@ void report_warn(const struct report_input *in) {
     else if (r->identifiable[i] && r->sigma[i] > POORLY_KNOWN * p->scale[i])
       app_note("%s is hardly excited: its standard deviation is %.2g on a value of %.3g", table[i].name,
                r->sigma[i], r->value[i]);
+    if (report_inertia_text(in, i, text, sizeof text)) app_note("%s", text);
   }
   if (in->fit->few_blocks) app_note("too little data for standard deviations");
 }

@@ -35,4 +35,8 @@ int picture_write(const struct picture *picture, const char *path, const struct 
 #define REPORT_TEXT 600
 int report_null_text(const struct report_input *in, int direction, unsigned *told, char *text, size_t size);
 
+/* What is to be said of a parameter that these recordings leave open: an inertia that is not fixed within 1 %, or any that
+ * the angles' noise hides; without a full stop. 0, and no text, for all others. */
+int report_inertia_text(const struct report_input *in, int parameter, char *text, size_t size);
+
 #endif

@@ -4,6 +4,7 @@
 #include <stdlib.h>
 
 #include "recording_parse.h"
+#include "step_median.h"
 
 struct recording *recording_open(const char *path, tl_plant plant, struct app_error *error) {
   struct recording *recording = calloc(1, sizeof *recording);
@@ -12,6 +13,7 @@ struct recording *recording_open(const char *path, tl_plant plant, struct app_er
     return NULL;
   }
   pthread_mutex_init(&recording->reading, NULL);
+  recording->every = 1;
   if (layout_init(&recording->layout, path, plant, error) == 0 && recording_parse(recording, error) == 0)
     return recording;
   recording_close(recording);
@@ -20,7 +22,7 @@ struct recording *recording_open(const char *path, tl_plant plant, struct app_er
 
 void recording_close(struct recording *recording) {
   if (!recording) return;
-  spool_close(recording->spool);
+  if (!recording->whole) spool_close(recording->spool);
   pthread_mutex_destroy(&recording->reading);
   free(recording);
 }
@@ -49,18 +51,17 @@ double recording_step_s(const struct recording *recording) {
   return recording->step_s;
 }
 
-/* rows that lie together in memory, to the columns from index `at` on */
-static void scatter(const struct csv_header *header, const double *row, size_t rows, size_t at,
+/* rows that lie `width` apart in memory, to the columns from index `at` on */
+static void scatter(const struct csv_header *header, const double *row, size_t width, size_t rows, size_t at,
                     double *const column[TL_CHANNEL_COUNT], uint8_t *valid) {
   for (size_t place = 0; place < header->width; place++) {
     double *out = column[header->column[place]];
     if (!out) continue;
-    for (size_t i = 0; i < rows; i++) out[at + i] = row[i * header->width + place];
+    for (size_t i = 0; i < rows; i++) out[at + i] = row[i * width + place];
   }
   if (!valid) return;
   const int place = header->place_of[TL_CHANNEL_VALID];
-  for (size_t i = 0; i < rows; i++)
-    valid[at + i] = place < 0 || row[i * header->width + (size_t)place] != 0.0;
+  for (size_t i = 0; i < rows; i++) valid[at + i] = place < 0 || row[i * width + (size_t)place] != 0.0;
 }
 
 static int read_rows(struct recording *recording, size_t from, size_t n,
@@ -68,8 +69,11 @@ static int read_rows(struct recording *recording, size_t from, size_t n,
   for (size_t done = 0; done < n;) {
     const double *row;
     size_t rows;
-    if (spool_read(recording->spool, from + done, n - done, &row, &rows, error) != 0) return -1;
-    scatter(&recording->layout.header, row, rows, done, column, valid);
+    const size_t every = recording->every, last = (n - done - 1) * every;
+    if (spool_read(recording->spool, (from + done) * every, last + 1, &row, &rows, error) != 0) return -1;
+    rows = (rows + every - 1) / every;
+    scatter(&recording->layout.header, row, every * recording->layout.header.width, rows, done, column,
+            valid);
     done += rows;
   }
   return 0;
@@ -83,4 +87,55 @@ int recording_read(struct recording *recording, size_t from, size_t n, double *c
   const int result = read_rows(recording, from, n, column, valid, error);
   pthread_mutex_unlock(&recording->reading);
   return result;
+}
+
+/* ---- thinned ------------------------------------------------------------------ */
+
+#define CHUNK 4096
+
+/* the last sample's time, and the median of the steps */
+static int measure_steps(struct recording *r, struct step_median *median, struct app_error *error) {
+  double t_s[CHUNK] = {0.0}, *column[TL_CHANNEL_COUNT] = {[TL_CHANNEL_TIME] = t_s};
+
+  r->last_s = r->first_s;
+  for (size_t row = 0, n; row < r->rows; row += n) {
+    n = r->rows - row < CHUNK ? r->rows - row : CHUNK;
+    if (recording_read(r, row, n, column, NULL, error) != 0) return -1;
+    for (size_t i = 0; i < n; i++) {
+      if (row + i > 0) step_median_add(median, t_s[i] - r->last_s);
+      r->last_s = t_s[i];
+    }
+  }
+  r->step_s = step_median_value(median);
+  return 0;
+}
+
+/* a recording that shares the whole one's spool, but for what must be measured; NULL when out of memory */
+static struct recording *share(const struct recording *whole, size_t every) {
+  struct recording *thinned = malloc(sizeof *thinned);
+
+  if (!thinned) return NULL;
+  *thinned = *whole;
+  thinned->whole = whole;
+  thinned->every = every * whole->every;
+  thinned->rows = (whole->rows + every - 1) / every;
+  pthread_mutex_init(&thinned->reading, NULL);
+  return thinned;
+}
+
+struct recording *recording_thinned(const struct recording *whole, size_t every, struct app_error *error) {
+  struct step_median *median = step_median_new();
+  struct recording *thinned = median ? share(whole, every) : NULL;
+  int result;
+
+  if (!thinned)
+    result = app_fail(error, APP_FAILED, "out of memory");
+  else if (thinned->rows < RECORDING_MIN_ROWS)
+    result = app_fail(error, APP_BAD_INPUT, "%s: too few samples to be thinned", recording_path(whole));
+  else
+    result = measure_steps(thinned, median, error);
+  step_median_free(median);
+  if (result == 0) return thinned;
+  recording_close(thinned);
+  return NULL;
 }

@@ -36,6 +36,9 @@ struct recording;
  * rise, fewer than RECORDING_MIN_ROWS samples, an empty, truncated or unreadable
  * file. `path` must outlive the recording, which the caller closes. */
 struct recording *recording_open(const char *path, tl_plant plant, struct app_error *error);
+/* Every `every`-th sample of a recording, from the first on, as a recording of its own; NULL where fewer than
+ * RECORDING_MIN_ROWS would be left, or on failure. The whole one must outlive it, and the two are not read at the same time. */
+struct recording *recording_thinned(const struct recording *whole, size_t every, struct app_error *error);
 /* Nullable: recording. */
 void recording_close(struct recording *recording);
 

@@ -95,6 +95,7 @@ static int sense(struct stream *s, const tl_window *window, struct app_error *er
 
   for (int j = 0; j < tl_joint_count(&s->regression.model) && result == 0; j++)
     result = sense_joint(s, &room, j, window, error);
+  for (int j = 0; j < TL_MAX_JOINTS; j++) s->window_s[j] = s->regression.sensing[j].window.length_s;
   stream_room_free(&room);
   return result;
 }
@@ -133,6 +134,7 @@ struct stream *stream_open(struct recording *recording, const tl_model *model, c
   }
   s->recording = recording;
   s->workers = workers_processors();
+  s->rounding = -1;
   if (stream_prepare(s, model, score, window, error) == 0) return s;
   stream_close(s);
   return NULL;
@@ -167,4 +169,10 @@ const char *stream_path(const struct stream *stream) {
 
 void stream_set_workers(struct stream *stream, int workers) {
   stream->workers = workers < 1 ? 1 : workers > WORKERS_MOST ? WORKERS_MOST : workers;
+}
+
+void stream_reread(struct stream *stream, double window_factor, int rounding) {
+  for (int j = 0; j < TL_MAX_JOINTS; j++)
+    stream->regression.sensing[j].window.length_s = window_factor * stream->window_s[j];
+  stream->rounding = rounding;
 }

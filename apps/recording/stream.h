@@ -44,6 +44,10 @@ void stream_set_workers(struct stream *stream, int workers);
 /* Effects that are modelled already; kept by reference. */
 int stream_set_effects(struct stream *stream, const tl_effect *effect, int effects, struct app_error *error);
 
+/* From now on, read with windows so many times as long as when it was opened (1), and the angles rounded (tl_round_angles;
+ * rounding -1: as they were recorded). */
+void stream_reread(struct stream *stream, double window_factor, int rounding);
+
 const tl_regression *stream_regression(const struct stream *stream);
 /* The recording's path, as recording_open was given it. */
 const char *stream_path(const struct stream *stream);

@@ -4,14 +4,20 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "talus/identify.h"
+
+/* the channel that tells a joint's motion */
+static tl_channel angle_of(const tl_layout *l, int joint) {
+  return l->position[joint] != TL_CHANNEL_COUNT ? l->position[joint] : l->velocity[joint];
+}
+
 /* which channels the regression reads */
 static void used_channels(const tl_regression *r, int joints, int used[TL_CHANNEL_COUNT]) {
   const tl_layout *l = &r->layout;
   memset(used, 0, TL_CHANNEL_COUNT * sizeof *used);
   used[TL_CHANNEL_TIME] = 1;
   for (int j = 0; j < joints; j++) {
-    tl_channel angle = l->position[j] != TL_CHANNEL_COUNT ? l->position[j] : l->velocity[j];
-    used[angle] = used[l->effort[j]] = 1;
+    used[angle_of(l, j)] = used[l->effort[j]] = 1;
     if (r->temperature[j] != TL_CHANNEL_COUNT) used[r->temperature[j]] = 1;
   }
   if (l->load != TL_CHANNEL_COUNT) used[l->load] = 1;
@@ -48,8 +54,13 @@ static int grow_columns(struct stream_room *room, const tl_regression *r, size_t
 
 int stream_room_load(struct stream_room *room, const struct stream *s, size_t from, size_t to,
                      struct app_error *error) {
-  if (to - from > room->loaded && grow_columns(room, &s->regression, to - from, error) != 0) return -1;
-  return recording_read(s->recording, from, to - from, room->column, NULL, error);
+  const tl_regression *r = &s->regression;
+
+  if (to - from > room->loaded && grow_columns(room, r, to - from, error) != 0) return -1;
+  if (recording_read(s->recording, from, to - from, room->column, NULL, error) != 0) return -1;
+  for (int j = 0; s->rounding >= 0 && j < tl_joint_count(&r->model); j++)
+    tl_round_angles(room->column[angle_of(&r->layout, j)], to - from, r->sensing[j].noise, s->rounding, j);
+  return 0;
 }
 
 tl_block stream_room_block(const struct stream_room *room, size_t first, size_t n) {

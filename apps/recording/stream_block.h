@@ -9,7 +9,9 @@ struct stream {
   struct recording *recording;
   struct segments segments;
   tl_regression regression;
-  int workers; /* that walk through it */
+  double window_s[TL_MAX_JOINTS]; /* length of the windows, as it was opened */
+  int rounding;                   /* of the angles, -1: none */
+  int workers;                    /* that walk through it */
 };
 
 /* Memory for one block, grown as blocks need it. Begins as zero. */

@@ -111,9 +111,11 @@ typedef struct tl_identify_result {
    * prediction as it is; unit length, largest entry positive */
   int null_count;
   double null_direction[TL_MAX_PARAMETERS][TL_MAX_PARAMETERS];
-  double condition_number;   /* of the regressor over the free base parameters, columns at unit length */
-  double cost;               /* mean square of (16) at the swarm's optimum, weighted */
-  double least_squares_cost; /* of linear least squares over the same base parameters, no bounds */
+  double condition_number; /* of the regressor over the free base parameters, columns at unit length */
+  double systematic[TL_MAX_PARAMETERS]; /* part of sigma that tl_identify_readings adds; 0 before it */
+  int hidden[TL_MAX_PARAMETERS]; /* 1: the angles' noise moves it as much as the motion does: sigma is NaN */
+  double cost;                   /* mean square of (16) at the swarm's optimum, weighted */
+  double least_squares_cost;     /* of linear least squares over the same base parameters, no bounds */
 } tl_identify_result;
 
 /* From the swarm's optimum to the answer: the null space found from the data,
@@ -146,6 +148,35 @@ void tl_sandwich_close(tl_sandwich *s);
 /* Fill the sigmas. TL_ERR_TOO_SHORT with fewer blocks than base parameters + 2 (sigmas then stay NaN). */
 TL_CHECK tl_status tl_identify_sigma(const tl_problem *problem, const tl_sandwich *s,
                                      tl_identify_result *result);
+
+/* ---- how far off ---------------------------------------------------------- */
+
+/* Residuals do not show what pulls the parameters the same way in every block: noise and resolution of the angles, which
+ * also enter the regressor (errors in variables), what the windows smear, what happens between two samples. The
+ * same recordings read once more, a little worse in one of these respects, show how far each of them moves the answer. */
+#define TL_ROUNDINGS 8           /* readings that differ in where the rounding's steps lie */
+#define TL_ROUNDING_VARIANCE 2.0 /* of the noise that a rounding adds, in that of the angle's own */
+#define TL_LONGER_WINDOW 1.5
+#define TL_THINNED 2 /* every second sample */
+
+typedef struct tl_readings {
+  tl_factor as_recorded; /* each of them all joints in one, by tl_problem_merge */
+  tl_factor rounded[TL_ROUNDINGS];
+  tl_factor longer;  /* windows TL_LONGER_WINDOW times as long */
+  tl_factor thinned; /* without rows: the recordings are too short or too slow to be thinned */
+} tl_readings;
+
+/* Round n angles to steps that add TL_ROUNDING_VARIANCE times the variance of their noise (its standard deviation, in the
+ * angle's unit; 0: as they are); `number` of 0..TL_ROUNDINGS-1 and the joint say where the steps lie. */
+void tl_round_angles(double *x, size_t n, double noise, int number, int joint);
+
+/* The joints' factors ((joints) of them) in one, by the weights of the problem. */
+TL_CHECK tl_status tl_problem_merge(const tl_problem *problem, const tl_factor *factor, tl_factor *merged);
+
+/* After tl_identify_sigma: adds to the variances what the readings tell (docs/signal.md has the formulas), and finds the
+ * parameters that noise hides. TL_ERR_ARGUMENT where as_recorded or a rounded one has no rows. */
+TL_CHECK tl_status tl_identify_readings(const tl_problem *problem, const tl_readings *readings,
+                                        tl_identify_result *result);
 
 #ifdef __cplusplus
 }

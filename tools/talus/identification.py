@@ -8,6 +8,7 @@
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
@@ -233,13 +234,18 @@ class Fit:
 
 def factors(model: Model, recordings: Iterable[Recording], window: Window | None = None) -> tuple[Any, list[list[list[Rows]]]]:
     """One `tl_factor` a joint over all recordings, and the rows themselves."""
+    return folded(model, [Regression(model, recording, window) for recording in recordings])
+
+
+def folded(model: Model, regressions: Iterable[Regression]) -> tuple[Any, list[list[list[Rows]]]]:
+    """The same of regressions that are there already."""
     out = ffi.new("tl_factor[]", len(model.joints))
     every: list[list[list[Rows]]] = []
     for joint in range(len(model.joints)):
         index = ffi.new("int[]", constants.TL_MAX_ROW)
         check(lib.tl_factor_init(out + joint, lib.tl_row_index(model.struct, joint, index)))
-    for recording in recordings:
-        rows = Regression(model, recording, window).rows()
+    for regression in regressions:
+        rows = regression.rows()
         every.append(rows)
         for joint, parts in enumerate(rows):
             for part in parts:
@@ -263,6 +269,7 @@ def identify(model: Model, recordings: Iterable[Recording], seed: int = 1, equal
     >>> abs(fit.parameters["inertia_kg_m2"] - model.parameters["inertia_kg_m2"]) < 5 * fit.sigma["inertia_kg_m2"]
     True
     """
+    recordings = list(recordings)
     factor, every = factors(model, recordings, window)
     settings = ffi.new("tl_identify_settings *", lib.tl_identify_defaults())
     settings.swarm.seed = seed
@@ -279,11 +286,13 @@ def identify(model: Model, recordings: Iterable[Recording], seed: int = 1, equal
         if not lib.tl_problem_widen(problem, pointer(best)):
             break
     check(lib.tl_identify_conclude(problem, pointer(best), result))
-    _sigmas(problem, result, every)
+    if _sigmas(problem, result, every):
+        _systematic(problem, result, model, recordings, window)
     return _fit(model, problem, result, evaluations)
 
 
-def _sigmas(problem: Any, result: Any, every: list[list[list[Rows]]], block_s: float = 0.5) -> None:
+def _sigmas(problem: Any, result: Any, every: list[list[list[Rows]]], block_s: float = 0.5) -> bool:
+    """False where there is too little data for standard deviations."""
     sandwich = ffi.new("tl_sandwich *")
     check(lib.tl_sandwich_init(sandwich, problem.bases, block_s))
     base = numpy.array([result.base[i] for i in range(problem.bases)])
@@ -303,6 +312,55 @@ def _sigmas(problem: Any, result: Any, every: list[list[list[Rows]]], block_s: f
     except TalusError as error:
         if error.status != lib.TL_ERR_TOO_SHORT:
             raise
+        return False
+    return True
+
+
+def _rounded(regression: Regression, number: int) -> Regression:
+    """The same recording with its angles rounded (tl_round_angles), read as before."""
+    struct, columns = regression.struct, dict(regression.recording.columns)
+    names = regression.model.sensor
+    for joint, (position, velocity) in enumerate(zip(names("position"), names("velocity"))):
+        name = position if position in columns else velocity
+        columns[name] = numpy.array(columns[name])
+        lib.tl_round_angles(pointer(columns[name]), len(columns[name]), struct.sensing[joint].noise, number, joint)
+    return _as_before(regression, Recording(columns), 1.0)
+
+
+def _as_before(regression: Regression, recording: Recording, window_factor: float) -> Regression:
+    """A recording read as another was, with windows so many times as long."""
+    other = copy.copy(regression)
+    other.recording, other.struct = recording, ffi.new("tl_regression *", regression.struct[0])
+    for joint in range(len(regression.model.joints)):
+        other.struct.sensing[joint].window.length_s *= window_factor
+    return other
+
+
+def _systematic(problem: Any, result: Any, model: Model, recordings: list[Recording], window: Window | None) -> None:
+    """Standard deviations grow by what residuals do not show (tl_identify_readings)."""
+    readings = ffi.new("tl_readings *")
+    plain = [Regression(model, recording, window) for recording in recordings]
+
+    def fold(regressions: list[Regression], out: Any) -> None:
+        check(lib.tl_problem_merge(problem, folded(model, regressions)[0], out))
+
+    fold(plain, ffi.addressof(readings, "as_recorded"))
+    for number in range(constants.TL_ROUNDINGS):
+        fold([_rounded(one, number) for one in plain], readings.rounded + number)
+    fold([_as_before(one, one.recording, constants.TL_LONGER_WINDOW) for one in plain], ffi.addressof(readings, "longer"))
+    try:
+        thinned = [Regression(model, _thinned(recording), window) for recording in recordings]
+    except (TalusError, ValueError, StopIteration):
+        thinned = []  # too short or too slow for it
+    if thinned:
+        fold(thinned, ffi.addressof(readings, "thinned"))
+    check(lib.tl_identify_readings(problem, readings, result))
+
+
+def _thinned(recording: Recording) -> Recording:
+    thinned = Recording({name: values[::constants.TL_THINNED] for name, values in recording.columns.items()})
+    thinned.score, thinned.has_score = recording.score, recording.has_score
+    return thinned
 
 
 def _fit(model: Model, problem: Any, result: Any, evaluations: int) -> Fit:

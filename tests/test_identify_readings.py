@@ -1,0 +1,136 @@
+"""What the recordings' other readings add to the standard deviations, against NumPy's own sums."""
+
+import json
+
+import numpy as np
+import pytest
+import talus
+from sigma_table import FEW, draw, inside, measured
+from support import REPOSITORY, run
+from talus import check, constants, ffi, lib, pointer
+
+TRUE = np.array([80.0, 20.0, 150.0, 3.0])  # a slider's mass, Coulomb and viscous friction, offset
+
+
+def factor_of(x, y):
+    """A joint's factor of these rows."""
+    out = ffi.new("tl_factor[1]")
+    check(lib.tl_factor_init(out, x.shape[1]))
+    block = np.ascontiguousarray(np.column_stack([x, y]).T)
+    lib.tl_factor_add(out, pointer(block), len(y), len(y))
+    return out
+
+
+def toy(seed, noise=0.2, n=4000):
+    """(x seen, y, the readings' x): acceleration with noise, clean other columns; readings by noise drawn anew."""
+    rng = np.random.default_rng(seed)
+    true = np.column_stack([rng.standard_normal(n), rng.choice([-1.0, 1.0], n), 0.4 * rng.standard_normal(n), np.ones(n)])
+    y = true @ TRUE + 2.0 * rng.standard_normal(n)
+    seen = true.copy()
+    seen[:, 0] += noise * rng.standard_normal(n)
+    rounded = []
+    for _ in range(constants.TL_ROUNDINGS):
+        rounded.append(seen.copy())
+        rounded[-1][:, 0] += np.sqrt(constants.TL_ROUNDING_VARIANCE) * noise * rng.standard_normal(n)
+    longer = seen * [1.01, 1.0, 1.0, 1.0]
+    return seen, y, rounded, longer
+
+
+def answer(seed, noise=0.2, residuals=False):
+    """(result, rows of the toy); without `residuals` the standard deviations are from the readings alone."""
+    seen, y, rounded, longer = toy(seed, noise)
+    model = talus.Model("slider")
+    model.set_parameters(mass_kg=70.0, coulomb_N=15.0, viscous_Ns_m=100.0)
+    factor, problem, result = factor_of(seen, y), ffi.new("tl_problem *"), ffi.new("tl_identify_result *")
+    settings = ffi.new("tl_identify_settings *", lib.tl_identify_defaults())
+    check(lib.tl_problem_init(problem, model.struct, settings, factor))
+    memory, best = np.empty(lib.tl_identify_memory(problem)), np.empty(problem.parameters)
+    check(lib.tl_identify_swarm(problem, pointer(memory), len(memory), pointer(best), ffi.NULL))
+    check(lib.tl_identify_conclude(problem, pointer(best), result))
+    rest = np.std(y - seen @ least_squares(seen, y))
+    white = rest * np.sqrt(np.diag(np.linalg.inv(seen.T @ seen)))
+    for i in range(4):
+        result.sigma[i] = result.base_sigma[i] = white[i] if residuals else 0.0
+    readings = ffi.new("tl_readings *")
+    pairs = [(readings.rounded + k, x) for k, x in enumerate(rounded)]
+    for out, x in [(ffi.addressof(readings, "as_recorded"), seen), (ffi.addressof(readings, "longer"), longer), *pairs]:
+        check(lib.tl_problem_merge(problem, factor_of(x, y), out))
+    check(lib.tl_identify_readings(problem, readings, result))
+    return result, seen, y, rounded, longer
+
+
+def least_squares(x, y):
+    return np.linalg.lstsq(x, y, rcond=None)[0]
+
+
+def test_variances_are_those_of_the_formulas():
+    result, seen, y, rounded, longer = answer(1)
+    b = least_squares(seen, y)
+    every = np.array([least_squares(x, y) for x in rounded])
+    gram = seen.T @ seen
+    noise = (np.mean([x.T @ x for x in rounded], axis=0) - gram) / constants.TL_ROUNDING_VARIANCE
+    lacking = np.linalg.solve(gram - noise, gram @ b) - b  # Fuller 1987, (1.2.4), with the noise that was measured
+    variance = every.var(0, ddof=1) / constants.TL_ROUNDING_VARIANCE + lacking**2 + (least_squares(longer, y) - b) ** 2
+    assert [result.systematic[i] for i in range(4)] == pytest.approx(np.sqrt(variance), rel=1e-5)
+    assert [result.base_sigma[i] for i in range(4)] == pytest.approx(np.sqrt(variance), rel=1e-5)
+    assert not any(result.hidden[i] for i in range(4))
+
+
+@pytest.mark.parametrize("noise", [0.05, 0.2, 0.4])
+def test_truth_is_covered_where_the_regressor_is_noisy(noise):
+    """The mass is found too small by noise^2 / (1 + noise^2): the reported standard deviation knows it."""
+    for seed in range(20):
+        result = answer(seed, noise)[0]
+        assert abs(result.value[0] - TRUE[0]) <= 3 * result.systematic[0] + 3 * 2.0 / np.sqrt(4000)
+        assert result.systematic[0] == pytest.approx(TRUE[0] * noise**2 / (1 + noise**2), rel=0.3, abs=1.2)
+
+
+def test_more_noise_than_motion_hides_the_mass_alone():
+    result = answer(3, 2.0, residuals=True)[0]
+    assert [result.hidden[i] for i in range(4)] == [1, 0, 0, 0]
+    assert np.isnan(result.sigma[0]) and not np.isnan(result.sigma[1])
+
+
+def test_rounding_adds_twice_the_noise_and_differs_each_time():
+    x = np.cumsum(np.random.default_rng(4).uniform(0, 1, 20_000))
+    errors = []
+    for number in range(constants.TL_ROUNDINGS):
+        for joint in (0, 1):
+            y = x.copy()
+            lib.tl_round_angles(pointer(y), len(y), 0.01, number, joint)
+            errors.append(y - x)
+    assert np.var(errors, axis=1) == pytest.approx(2 * 0.01**2, rel=0.05)
+    assert np.abs(np.corrcoef(errors) - np.eye(len(errors))).max() > 0.1  # the same steps, set off
+    assert len({np.round(e[0], 9) for e in errors}) == len(errors)
+    y = x.copy()
+    lib.tl_round_angles(pointer(y), len(y), 0.0, 0, 0)
+    assert np.array_equal(x, y)
+
+
+def test_an_inertia_that_cannot_be_fixed_is_said(tmp_path):
+    model, recording, page = REPOSITORY / "models" / "slider.yaml", tmp_path / "r.csv", tmp_path / "r.html"
+    run("talus-sim", "--model", model, "--out", recording, "--rate", 250, "--encoder-bits", 12, "--duration", 20)
+    done = run("talus-identify", "--quiet", "--model", model, "--out", tmp_path / "f.yaml", "--report", tmp_path / "r.json",
+               "--html", page, recording)  # fmt: skip
+    mass = json.loads((tmp_path / "r.json").read_text())["parameters"]["mass_kg"]
+    assert mass["hidden_by_noise"] and mass["sigma"] is None and mass["identifiable"]
+    assert "these recordings do not fix mass_kg" in done.stderr
+    assert "these recordings do not fix mass_kg" in page.read_text()
+
+
+def test_python_takes_the_same_sums(tmp_path):
+    """Of a recording that both measure the sensors on as a whole; of a longer one the program looks at more places."""
+    model, recording = REPOSITORY / "models" / "pendulum.yaml", tmp_path / "r.csv"
+    run("talus-sim", "--model", model, "--out", recording, "--duration", 16)
+    run("talus-identify", "--quiet", "--model", model, "--out", tmp_path / "f.yaml", "--report", tmp_path / "r.json", recording)
+    said = json.loads((tmp_path / "r.json").read_text())["parameters"]
+    fit = talus.identify(talus.Model.read(model), [talus.Recording.read(recording)])
+    for name, value in said.items():
+        assert fit.sigma[name] == pytest.approx(value["sigma"], rel=1e-6), name
+
+
+@pytest.mark.long
+def test_truth_lies_within_three_sigma_on_every_bench():
+    share, count = inside(measured(draw(FEW)))
+    print(f"{100 * share:.1f} % of {count} parameters within three standard deviations")
+    assert share >= 0.97
