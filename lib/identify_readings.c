@@ -224,8 +224,10 @@ static void widen(const tally *t, tl_identify_result *result) {
     result->systematic[i] = sqrt(t->parameter[i]);
     result->sigma[i] = sqrt(result->sigma[i] * result->sigma[i] + t->parameter[i]);
   }
-  for (i = 0; i < t->problem->bases; i++)
+  for (i = 0; i < t->problem->bases; i++) {
+    result->base_systematic[i] = sqrt(t->base[i]);
     result->base_sigma[i] = sqrt(result->base_sigma[i] * result->base_sigma[i] + t->base[i]);
+  }
 }
 
 tl_status tl_identify_readings(const tl_problem *problem, const tl_readings *readings,

@@ -42,6 +42,7 @@ static json_t *base_json(const struct report_input *in) {
     json_t *one = json_object();
     json_set_number(one, "value", in->fit->result.base[i]);
     json_set_number(one, "sigma", in->fit->result.base_sigma[i]);
+    json_set_number(one, "systematic", in->fit->result.base_systematic[i]);
     json_object_set_new(all, tl_base_name(&p->model, i), one);
   }
   return all;

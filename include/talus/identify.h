@@ -106,7 +106,8 @@ typedef struct tl_identify_result {
   int identifiable[TL_MAX_PARAMETERS]; /* 0: the data do not fix it (null space, or fixed by settings) */
   int at_bound[TL_MAX_PARAMETERS];     /* 1: value lies on a bound of the search */
   double base[TL_MAX_BASE];
-  double base_sigma[TL_MAX_BASE]; /* NaN where the data do not fix it */
+  double base_sigma[TL_MAX_BASE];      /* NaN where the data do not fix it */
+  double base_systematic[TL_MAX_BASE]; /* as systematic below */
   /* null directions: relative changes (in units of the scale) that leave every
    * prediction as it is; unit length, largest entry positive */
   int null_count;

@@ -229,6 +229,6 @@ def _settings_text(s):
         f" {number(smooth['ankle']['rms_Nm'] / default['ankle']['rms_Nm'], 2)}-fold at the ankle. The default"
         f" is order {order} over {number(1e3 * seconds, 2)} ms, chosen from the data, and never reaches"
         " across a stop; a window set by hand does, as the paper’s. Equal weights let the knee’s larger noise drown what the ankle knows of the foot: the"
-        f" standard deviation of its moment grows {number(ratio['foot_moment'], 2)}-fold, that of its inertia"
+        f" noise's part in the standard deviation of its moment grows {number(ratio['foot_moment'], 2)}-fold, that of its inertia"
         f" {number(ratio['foot_inertia'], 2)}-fold."
     )

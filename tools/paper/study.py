@@ -216,7 +216,8 @@ def _setting(lab, name, recordings, options):
     own = lab.unseen.score(predicted)
     if "--window" in options:
         own = lab.unseen.score(talus.predict(model, lab.unseen.recording, published.WINDOW))
-    sigma = {key: of["sigma"] for key, of in report["base_parameters"].items()}
+    # the part that the residuals' noise makes: weights are chosen by it, and windows and sampling are no noise
+    sigma = {key: (of["sigma"] ** 2 - of["systematic"] ** 2) ** 0.5 for key, of in report["base_parameters"].items()}
     return {
         "options": " ".join(options),
         "errors": lab.unseen.score(predicted),
