@@ -35,6 +35,16 @@ void tl_round_angles(double *x, size_t n, double noise, int number, int joint) {
   for (i = 0; i < n; i++) x[i] = floor((x[i] - origin) / step + 0.5) * step + origin;
 }
 
+size_t tl_reading_place_rows(size_t rows, size_t all) {
+  double fair = (double)TL_READING_ROWS / TL_READING_PLACES * (double)rows / (double)all;
+
+  return fair < 2.0 ? 2 : (size_t)(0.5 * fair) * 2;
+}
+
+size_t tl_reading_place(size_t rows, size_t place_rows, size_t k) {
+  return place_rows < rows ? (rows - place_rows) * k / (TL_READING_PLACES - 1) : 0;
+}
+
 /* ---- the sum of variances ------------------------------------------------- */
 
 typedef struct tally {
@@ -128,33 +138,56 @@ static void solve_back(const tl_factor *f, double *x) {
   }
 }
 
-/* M = Q R^-1, row-major, Q the mean of the rounded readings at as many rows as R has */
-static tl_status ratio_matrix(const tl_readings *r, double *matrix) {
-  const tl_factor *f = &r->as_recorded;
-  int p = f->columns, i, j, k, same[TL_MAX_BASE];
-  tl_factor mean;
-  tl_status status = tl_factor_init(&mean, p);
+/* M of M R = Q, row-major, column after column; 0 for columns that R does not see */
+static void ratio_matrix(const tl_factor *q, const tl_factor *f, double *matrix) {
+  int p = f->columns, i, j, k;
 
-  for (i = 0; i < p; i++) same[i] = i;
-  for (k = 0; k < TL_ROUNDINGS && status == TL_OK; k++)
-    tl_factor_merge(&mean, &r->rounded[k], same,
-                    sqrt((double)f->rows / ((double)r->rounded[k].rows * TL_ROUNDINGS)));
-  /* M R = Q, column after column */
-  for (i = 0; i < p && status == TL_OK; i++)
+  for (i = 0; i < p; i++)
     for (j = 0; j < p; j++) {
-      double sum = j >= i ? tl_factor_row(&mean, i)[j] : 0.0;
+      double sum = j >= i ? tl_factor_row(q, i)[j] : 0.0;
       for (k = 0; k < j; k++) sum -= matrix[tl_entry(p, i, k)] * tl_factor_row(f, k)[j];
       matrix[tl_entry(p, i, j)] = is_seen(f, j) ? sum / tl_factor_row(f, j)[j] : 0.0;
     }
+}
+
+/* the mean of the rounded readings at as many rows as were recorded */
+static tl_status mean_of_rounded(const tl_readings *r, tl_factor *mean) {
+  int i, k, same[TL_MAX_BASE];
+  tl_status status = tl_factor_init(mean, r->as_recorded.columns);
+
+  for (i = 0; i < TL_MAX_BASE; i++) same[i] = i;
+  for (k = 0; k < TL_ROUNDINGS && status == TL_OK; k++)
+    tl_factor_merge(mean, &r->rounded[k], same,
+                    sqrt((double)r->as_recorded.rows / ((double)r->rounded[k].rows * TL_ROUNDINGS)));
   return status;
+}
+
+tl_status tl_reading_share(const tl_problem *problem, const tl_factor *reading, double *share) {
+  double matrix[TL_MAX_BASE * TL_MAX_BASE], singular[TL_MAX_BASE], v[TL_MAX_BASE * TL_MAX_BASE];
+  int p, i, seen = 0;
+  tl_status status;
+
+  if (!problem || !reading || !share || reading->columns != problem->bases) return TL_ERR_ARGUMENT;
+  p = problem->bases;
+  *share = 0.0;
+  if (reading->rows == 0) return TL_OK;
+  ratio_matrix(reading, &problem->factor, matrix);
+  status = tl_svd(matrix, p, p, singular, v);
+  if (status != TL_OK) return status;
+  for (i = 0; i < p; i++) seen += is_seen(&problem->factor, i);
+  if (seen > 0)
+    *share = singular[seen - 1] * singular[seen - 1] * (double)problem->factor.rows / (double)reading->rows;
+  return TL_OK;
 }
 
 static tl_status directions(const tl_readings *r, const double *b, direction *out) {
   const tl_factor *f = &r->as_recorded;
   double matrix[TL_MAX_BASE * TL_MAX_BASE], singular[TL_MAX_BASE], v[TL_MAX_BASE * TL_MAX_BASE];
   int p = f->columns, i, j, k;
-  tl_status status = ratio_matrix(r, matrix);
+  tl_factor mean;
+  tl_status status = mean_of_rounded(r, &mean);
 
+  if (status == TL_OK) ratio_matrix(&mean, f, matrix);
   if (status == TL_OK) status = tl_svd(matrix, p, p, singular, v);
   for (k = 0; k < p && status == TL_OK; k++) {
     double component = 0.0;
@@ -210,10 +243,14 @@ static void mark_unclear(const tl_problem *p, tl_identify_result *result) {
 
 /* ---- all of it -------------------------------------------------------------- */
 
-static int has_rounded(const tl_readings *r) {
-  int k, all = r->as_recorded.rows > 0;
+static int has_rows(const tl_factor *f, int bases) {
+  return f->rows > 0 && f->columns == bases;
+}
 
-  for (k = 0; k < TL_ROUNDINGS; k++) all &= r->rounded[k].rows > 0;
+static int has_rounded(const tl_readings *r, int bases) {
+  int k, all = has_rows(&r->as_recorded, bases);
+
+  for (k = 0; k < TL_ROUNDINGS; k++) all &= has_rows(&r->rounded[k], bases);
   return all;
 }
 
@@ -233,13 +270,13 @@ static void widen(const tally *t, tl_identify_result *result) {
 tl_status tl_identify_readings(const tl_problem *problem, const tl_readings *readings,
                                tl_identify_result *result) {
   const tl_factor *other[2];
-  direction all[TL_MAX_BASE];
+  direction all[TL_MAX_BASE] = {{{0}, 0}};
   double b[TL_FACTOR_MAX], d[TL_FACTOR_MAX];
   tally t = {problem, {{0}, {0}, 0}, {0}, {0}};
   int k;
   tl_status status;
 
-  if (!problem || !readings || !result || !has_rounded(readings)) return TL_ERR_ARGUMENT;
+  if (!problem || !readings || !result || !has_rounded(readings, problem->bases)) return TL_ERR_ARGUMENT;
   status = tl_identify_gain(problem, result->value, &t.gain);
   if (status == TL_OK) status = difference(&readings->as_recorded, NULL, problem->bases, b);
   if (status == TL_OK) status = add_spread(&t, readings);

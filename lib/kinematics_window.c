@@ -19,6 +19,19 @@
 #define SQRT_12 3.4641016151377544
 #define MAD_TO_SIGMA 1.4826022185056018 /* median absolute deviation of a normal variable */
 
+tl_segment tl_sample_place(const tl_segment *segment, size_t count, int k) {
+  size_t total = 0, i, at, rows;
+
+  for (i = 0; i < count; i++) total += segment[i].end - segment[i].begin;
+  at = total / TL_SAMPLE_PLACES * (size_t)k;
+  for (i = 0; i + 1 < count && at >= segment[i].end - segment[i].begin; i++)
+    at -= segment[i].end - segment[i].begin;
+  rows = segment[i].end - segment[i].begin;
+  if (rows <= TL_SAMPLE_ROWS) return segment[i];
+  at = segment[i].begin + (at + TL_SAMPLE_ROWS > rows ? rows - TL_SAMPLE_ROWS : at);
+  return (tl_segment){at, at + TL_SAMPLE_ROWS};
+}
+
 size_t tl_kinematics_window_workspace(size_t n) {
   return tl_reconstruct_workspace(n) + 2 * n;
 }

@@ -118,15 +118,58 @@ def test_an_inertia_that_cannot_be_fixed_is_said(tmp_path):
     assert "these recordings do not fix mass_kg" in page.read_text()
 
 
-def test_python_takes_the_same_sums(tmp_path):
-    """Of a recording that both measure the sensors on as a whole; of a longer one the program looks at more places."""
-    model, recording = REPOSITORY / "models" / "pendulum.yaml", tmp_path / "r.csv"
-    run("talus-sim", "--model", model, "--out", recording, "--duration", 16)
+@pytest.mark.parametrize(("plant", "rate", "seconds"), [("leg", 250, 16), ("slider", 250, 16), ("pendulum", 250, 16), ("leg", 1000, 24)])
+def test_python_takes_the_same_sums(tmp_path, plant, rate, seconds):
+    """Of a recording that is read again whole, and of one that is in excerpts."""
+    model, recording = REPOSITORY / "models" / f"{plant}.yaml", tmp_path / "r.csv"
+    run("talus-sim", "--model", model, "--out", recording, "--rate", rate, "--duration", seconds)
     run("talus-identify", "--quiet", "--model", model, "--out", tmp_path / "f.yaml", "--report", tmp_path / "r.json", recording)
     said = json.loads((tmp_path / "r.json").read_text())["parameters"]
+    assert (rate * seconds > constants.TL_READING_ROWS) == (rate == 1000)
     fit = talus.identify(talus.Model.read(model), [talus.Recording.read(recording)])
     for name, value in said.items():
-        assert fit.sigma[name] == pytest.approx(value["sigma"], rel=1e-6), name
+        assert fit.sigma[name] == pytest.approx(np.nan if value["sigma"] is None else value["sigma"], rel=1e-6, nan_ok=True), name
+
+
+def shifted(x, share):
+    """(share of the reading, share by the eigenvalues of the two Gram matrices) where a column is seen in part of the rows."""
+    factor, problem = factor_of(x, x @ TRUE + 1.0), ffi.new("tl_problem *")
+    check(lib.tl_problem_init(problem, talus.Model("slider").struct, ffi.new("tl_identify_settings *", lib.tl_identify_defaults()), factor))
+    part = x[: int(len(x) * share)]
+    reading, out = ffi.new("tl_factor *"), ffi.new("double *")
+    check(lib.tl_problem_merge(problem, factor_of(part, part @ TRUE), reading))
+    check(lib.tl_reading_share(problem, reading, out))
+    ratio = np.linalg.solve(x.T @ x / len(x), part.T @ part / len(part))
+    return out[0], np.linalg.eigvals(ratio).real.min()
+
+
+def test_share_is_that_of_the_weakest_direction():
+    x = toy(2)[0]
+    x[:, 1] *= np.linspace(0.1, 2.0, len(x))  # the friction shows late
+    for share in (0.1, 0.5, 1.0):
+        found, expected = shifted(x, share)
+        assert found == pytest.approx(expected, rel=1e-6)
+    assert shifted(x, 1.0)[0] == pytest.approx(1.0)
+
+
+def test_a_motion_outside_of_the_excerpts_has_the_recording_read_whole(monkeypatch):
+    """Where the joint moves between the places alone, excerpts hold no row that counts."""
+    model, rate, seconds = talus.read("models/pendulum.yaml"), 1000, 60
+    moving = talus.simulate(model, duration_s=20, rate_hz=rate)
+    at = np.clip(np.arange(rate * seconds) - 3 * rate, 0, 5 * rate)  # from 3 to 8 s: places of 2 s begin at 0 and 8.3 s
+    columns = {name: values[at] for name, values in moving.columns.items()}
+    recording = talus.Recording({**columns, "time_s": np.arange(rate * seconds) / rate})
+
+    def sigma():
+        return talus.identify(model, [recording]).sigma
+
+    found = sigma()
+    monkeypatch.setattr(constants, "TL_READING_ROWS", len(recording.t))
+    assert sigma() == pytest.approx(found, nan_ok=True)
+    monkeypatch.undo()
+    monkeypatch.setattr(constants, "TL_READING_SHARE", 0.0)
+    with pytest.raises(talus.TalusError):
+        sigma()
 
 
 @pytest.mark.long

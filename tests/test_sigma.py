@@ -27,7 +27,7 @@ def cad(tree, seed):
 
 
 def deviations(folder, seed):
-    """(value - truth) / sigma of every identifiable parameter of one simulated bench: three recordings."""
+    """(value - truth) / sigma of every identifiable parameter of one simulated bench, NaN where noise hides it: three recordings."""
     (folder / "cad.yaml").write_text(yaml.safe_dump(cad(yaml.safe_load(LEG.read_text()), seed)))
     recordings = []
     for number, more in enumerate(([], ["--speed", 1.3], ["--excitation", "ramps"])):
@@ -39,7 +39,7 @@ def deviations(folder, seed):
     run("talus-identify", "--model", folder / "cad.yaml", "--out", folder / "f.yaml", "--report", folder / "r.json",
         *recordings)
     report, truth = (json.loads((folder / name).read_text()) for name in ("r.json", "t.json"))
-    return {name: (p["value"] - truth["parameters"][name]) / p["sigma"]
+    return {name: np.nan if p["hidden_by_noise"] else (p["value"] - truth["parameters"][name]) / p["sigma"]
             for name, p in report["parameters"].items() if p["identifiable"]}
 
 
@@ -49,9 +49,11 @@ def test_truth_lies_within_three_sigma(tmp_path):
         for name, value in deviations(tmp_path, seed).items():
             every.setdefault(name, []).append(value)
     values = np.concatenate(list(every.values()))
-    inside = np.mean(np.abs(values) <= 3)
+    known = values[np.isfinite(values)]
+    inside = np.mean(np.abs(known) <= 3)
     for name, x in every.items():
-        print(f"{name:28} mean {np.mean(x):+.2f}  spread {np.std(x):.2f}  worst {np.max(np.abs(x)):.1f}")
-    print(f"{100 * inside:.1f} % of {len(values)} within three standard deviations")
+        print(f"{name:28} mean {np.nanmean(x):+.2f}  spread {np.nanstd(x):.2f}  worst {np.nanmax(np.abs(x)):.1f}")
+    print(f"{100 * inside:.1f} % of {len(known)} within three standard deviations")
     assert len(every) == 7 and len(values) == 7 * len(SEEDS)
+    assert len(known) >= 0.98 * len(values)  # an inertia that noise hides is rare on such benches
     assert inside >= 0.97

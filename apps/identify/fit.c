@@ -133,29 +133,29 @@ static int judge(struct fit *fit, const tl_model *model, struct stream *const *s
 }
 
 /* what residuals do not show; without standard deviations there is nothing to add to */
-static int find_systematic(struct fit *fit, struct folding *f, const tl_model *model,
-                           const struct fit_input *in, struct app_error *error) {
+static int find_systematic(struct fit *fit, struct folding *f, const struct inputs *in,
+                           struct app_error *error) {
   tl_status status = TL_OK;
 
   if (fit->few_blocks) return 0;
-  if (reread_all(fit->readings, f, &fit->problem, model, in, error) != 0) return -1;
+  if (reread_all(fit->readings, f, &fit->problem, in, error) != 0) return -1;
   status = tl_identify_readings(&fit->problem, fit->readings, &fit->result);
   return status == TL_OK ? 0 : app_fail(error, APP_FAILED, "%s", tl_status_text(status));
 }
 
 static int fit_folded(struct fit *fit, struct folding *f, const tl_model *model,
-                      const struct fit_settings *settings, const struct fit_input *in, fit_trace trace,
+                      const struct fit_settings *settings, const struct inputs *in, fit_trace trace,
                       void *context, struct app_error *error) {
-  if (fold_all(f, model, in->stream, in->streams, error) != 0) return -1;
+  if (fold_all(f, model, in->stream, in->n, error) != 0) return -1;
   if (set_problem(fit, model, settings, f->factor, stream_path(in->stream[0]), error) != 0) return -1;
-  if (settings->huber && reweight(fit, f, model, settings, in->stream, in->streams, error) != 0) return -1;
+  if (settings->huber && reweight(fit, f, model, settings, in->stream, in->n, error) != 0) return -1;
   if (search(fit, settings->threads, error) != 0) return -1;
-  if (judge(fit, model, in->stream, in->streams, trace, context, error) != 0) return -1;
-  return find_systematic(fit, f, model, in, error);
+  if (judge(fit, model, in->stream, in->n, trace, context, error) != 0) return -1;
+  return find_systematic(fit, f, in, error);
 }
 
 int fit_run(struct fit *fit, const tl_model *model, const struct fit_settings *settings,
-            const struct fit_input *in, fit_trace trace, void *context, struct app_error *error) {
+            const struct inputs *in, fit_trace trace, void *context, struct app_error *error) {
   struct folding f = {.joints = tl_joint_count(model)};
   int result;
 

@@ -3,20 +3,14 @@
 #define FIT_H
 
 #include "common/error.h"
+#include "inputs.h"
 #include "recording/scored.h"
-#include "recording/stream.h"
 #include "talus/identify.h"
 
 struct fit_settings {
   tl_identify_settings identify;
   int threads;
   int huber; /* 1: Huber's loss instead of the square, by reweighting */
-};
-
-/* The recordings; of each also the thinned one, where thinned is not NULL: all of them can be thinned then. */
-struct fit_input {
-  struct stream *const *stream, *const *thinned;
-  int streams;
 };
 
 /* One joint's error over all recordings, of the model as given and as identified. */
@@ -46,6 +40,6 @@ typedef void (*fit_trace)(const struct fit_instant *instant, void *context);
 /* Identifies `model` from the recordings. `trace` is called in order of recording and time.
  * Nullable: trace. */
 int fit_run(struct fit *fit, const tl_model *model, const struct fit_settings *settings,
-            const struct fit_input *in, fit_trace trace, void *context, struct app_error *error);
+            const struct inputs *in, fit_trace trace, void *context, struct app_error *error);
 
 #endif

@@ -109,61 +109,6 @@ static enum cli_result read_settings(struct fit_settings *s, tl_window *window) 
 
 /* ---- recordings --------------------------------------------------------------- */
 
-struct inputs {
-  struct recording **recording;
-  struct stream **stream;
-  int n;
-};
-
-static void close_inputs(struct inputs *in) {
-  for (int i = 0; i < in->n; i++) {
-    if (in->stream) stream_close(in->stream[i]);
-    if (in->recording) recording_close(in->recording[i]);
-  }
-  free(in->stream);
-  free(in->recording);
-}
-
-static int new_inputs(struct inputs *in, int n, struct app_error *error) {
-  in->n = n;
-  in->recording = calloc((size_t)n, sizeof(struct recording *));
-  in->stream = calloc((size_t)n, sizeof(struct stream *));
-  return in->recording && in->stream ? 0 : app_fail(error, APP_FAILED, "out of memory");
-}
-
-static int open_stream(struct inputs *in, int i, const struct model_file *file, const tl_window *window,
-                       struct app_error *error) {
-  in->stream[i] = stream_open(in->recording[i], &file->model, &file->score, window, error);
-  if (!in->stream[i]) return -1;
-  if (asked.threads != UINT64_MAX) stream_set_workers(in->stream[i], (int)asked.threads);
-  return stream_set_effects(in->stream[i], file->effect, file->effects, error);
-}
-
-/* all of them thinned, or none where one is too short or too slow for it: that is no error */
-static void open_thinned(struct inputs *thinned, const struct inputs *in, const struct model_file *file,
-                         const tl_window *window) {
-  struct app_error ignored;
-
-  if (new_inputs(thinned, in->n, &ignored) != 0) return;
-  for (int i = 0; i < in->n; i++) {
-    thinned->recording[i] = recording_thinned(in->recording[i], TL_THINNED, &ignored);
-    if (thinned->recording[i] && open_stream(thinned, i, file, window, &ignored) == 0) continue;
-    close_inputs(thinned);
-    *thinned = (struct inputs){NULL, NULL, 0};
-    return;
-  }
-}
-
-static int open_inputs(struct inputs *in, const struct model_file *file, char **path, int n,
-                       const tl_window *window, struct app_error *error) {
-  if (new_inputs(in, n, error) != 0) return -1;
-  for (int i = 0; i < n; i++) {
-    in->recording[i] = recording_open(path[i], file->model.plant, error);
-    if (!in->recording[i] || open_stream(in, i, file, window, error) != 0) return -1;
-  }
-  return 0;
-}
-
 /* Is gravity fitted? Not where the model has none, nor where no recording shows an angle; recordings
  * with and without an angle would hold different models of gravity. */
 static int gravity_is_seen(const struct model_file *file, const struct inputs *in, int *seen,
@@ -228,8 +173,7 @@ static int write_results(const struct report_input *in, const struct picture *pi
 }
 
 static int identify(const struct model_file *file, struct fit_settings *settings, const struct inputs *in,
-                    const struct inputs *thinned, char **path, struct app_error *error) {
-  const struct fit_input input = {in->stream, thinned->stream, in->n};
+                    char **path, struct app_error *error) {
   struct picture *picture = asked.html ? picture_new(in->n, tl_joint_count(&file->model)) : NULL;
   struct fit *fit = malloc(sizeof *fit);
   struct report_input report = {fit, file, in->stream, (const char *const *)path, in->n, asked.seed};
@@ -237,7 +181,7 @@ static int identify(const struct model_file *file, struct fit_settings *settings
 
   if (result == 0) result = probe_results(error);
   if (result == 0)
-    result = fit_run(fit, &file->model, settings, &input, picture ? picture_trace : NULL, picture, error);
+    result = fit_run(fit, &file->model, settings, in, picture ? picture_trace : NULL, picture, error);
   if (result == 0) result = write_results(&report, picture, error);
   if (result == 0 && !asked.quiet) report_say(&report);
   if (result == 0 && asked.quiet) report_warn(&report);
@@ -248,8 +192,7 @@ static int identify(const struct model_file *file, struct fit_settings *settings
 
 int main(int argc, char **argv) {
   struct fit_settings settings = {.identify = tl_identify_defaults(), .threads = 1};
-  struct inputs in = {NULL, NULL, 0}, thinned = {NULL, NULL, 0};
-  const tl_window *given;
+  struct inputs in = {NULL, NULL, 0, NULL, NULL, 0};
   struct model_file file;
   struct app_error error;
   tl_window window;
@@ -266,15 +209,15 @@ int main(int argc, char **argv) {
   if (check_results(argv + first, argc - first) != CLI_RUN) return APP_BAD_INPUT;
   if (model_file_read(asked.model, &file, &error) != 0) return app_exit(&error);
   if (!asked.window && file.has_window) window = file.window;
-  given = asked.window || file.has_window ? &window : NULL;
-  result = open_inputs(&in, &file, argv + first, argc - first, given, &error);
+  in.file = &file;
+  in.window = asked.window || file.has_window ? &window : NULL;
+  in.workers = asked.threads != UINT64_MAX ? (int)asked.threads : 0;
+  result = inputs_open(&in, argv + first, argc - first, &error);
   if (result == 0) result = gravity_is_seen(&file, &in, &gravity_seen, &error);
   if (result == 0) {
     hold_and_bound(&file, gravity_seen, &settings.identify);
-    open_thinned(&thinned, &in, &file, given);
-    result = identify(&file, &settings, &in, &thinned, argv + first, &error);
+    result = identify(&file, &settings, &in, argv + first, &error);
   }
-  close_inputs(&thinned);
-  close_inputs(&in);
+  inputs_close(&in);
   return result == 0 ? APP_OK : app_exit(&error);
 }

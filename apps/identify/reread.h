@@ -2,11 +2,12 @@
 #ifndef REREAD_H
 #define REREAD_H
 
-#include "fit.h"
 #include "fold.h"
+#include "inputs.h"
 
-/* Fills `readings`; `f` is emptied and used, without Huber's weights. */
-int reread_all(tl_readings *readings, struct folding *f, const tl_problem *problem, const tl_model *model,
-               const struct fit_input *in, struct app_error *error);
+/* Fills `readings`, of excerpts where these are a fair picture of long recordings; `f` is emptied and used, without Huber's
+ * weights. */
+int reread_all(tl_readings *readings, struct folding *f, const tl_problem *problem, const struct inputs *in,
+               struct app_error *error);
 
 #endif

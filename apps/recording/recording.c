@@ -5,6 +5,7 @@
 
 #include "recording_parse.h"
 #include "step_median.h"
+#include "talus/identify.h"
 
 struct recording *recording_open(const char *path, tl_plant plant, struct app_error *error) {
   struct recording *recording = calloc(1, sizeof *recording);
@@ -13,7 +14,6 @@ struct recording *recording_open(const char *path, tl_plant plant, struct app_er
     return NULL;
   }
   pthread_mutex_init(&recording->reading, NULL);
-  recording->every = 1;
   if (layout_init(&recording->layout, path, plant, error) == 0 && recording_parse(recording, error) == 0)
     return recording;
   recording_close(recording);
@@ -64,13 +64,27 @@ static void scatter(const struct csv_header *header, const double *row, size_t w
   for (size_t i = 0; i < rows; i++) valid[at + i] = place < 0 || row[i * width + (size_t)place] != 0.0;
 }
 
+/* the spool's row that is row `from`, and how many of the rows from there on lie evenly */
+static size_t spool_row(const struct recording *recording, size_t from, size_t *even) {
+  if (!recording->whole) {
+    *even = recording->rows - from;
+    return from;
+  }
+  const size_t at = from * recording->every, place = at / recording->place_rows;
+  const size_t within = at % recording->place_rows;
+  *even = (recording->place_rows - within + recording->every - 1) / recording->every;
+  return tl_reading_place(recording->whole->rows, recording->place_rows, place) + within;
+}
+
 static int read_rows(struct recording *recording, size_t from, size_t n,
                      double *const column[TL_CHANNEL_COUNT], uint8_t *valid, struct app_error *error) {
+  const size_t every = recording->whole ? recording->every : 1;
   for (size_t done = 0; done < n;) {
     const double *row;
     size_t rows;
-    const size_t every = recording->every, last = (n - done - 1) * every;
-    if (spool_read(recording->spool, (from + done) * every, last + 1, &row, &rows, error) != 0) return -1;
+    size_t even;
+    const size_t at = spool_row(recording, from + done, &even), left = even < n - done ? even : n - done;
+    if (spool_read(recording->spool, at, (left - 1) * every + 1, &row, &rows, error) != 0) return -1;
     rows = (rows + every - 1) / every;
     scatter(&recording->layout.header, row, every * recording->layout.header.width, rows, done, column,
             valid);
@@ -89,7 +103,7 @@ int recording_read(struct recording *recording, size_t from, size_t n, double *c
   return result;
 }
 
-/* ---- thinned ------------------------------------------------------------------ */
+/* ---- excerpts ----------------------------------------------------------------- */
 
 #define CHUNK 4096
 
@@ -106,36 +120,43 @@ static int measure_steps(struct recording *r, struct step_median *median, struct
       r->last_s = t_s[i];
     }
   }
-  r->step_s = step_median_value(median);
+  /* places of a recording are as fast as the whole */
+  r->step_s = r->every > 1 ? step_median_value(median) : r->whole->step_s;
   return 0;
 }
 
 /* a recording that shares the whole one's spool, but for what must be measured; NULL when out of memory */
-static struct recording *share(const struct recording *whole, size_t every) {
-  struct recording *thinned = malloc(sizeof *thinned);
+static struct recording *share(const struct recording *whole, size_t place_rows, size_t every) {
+  struct recording *excerpt = malloc(sizeof *excerpt);
 
-  if (!thinned) return NULL;
-  *thinned = *whole;
-  thinned->whole = whole;
-  thinned->every = every * whole->every;
-  thinned->rows = (whole->rows + every - 1) / every;
-  pthread_mutex_init(&thinned->reading, NULL);
-  return thinned;
+  if (!excerpt) return NULL;
+  *excerpt = *whole;
+  excerpt->whole = whole;
+  excerpt->every = every;
+  excerpt->place_rows = place_rows;
+  excerpt->rows = TL_READING_PLACES * place_rows / every;
+  if (TL_READING_PLACES * place_rows >= whole->rows) {
+    excerpt->place_rows = whole->rows;
+    excerpt->rows = (whole->rows + every - 1) / every;
+  }
+  pthread_mutex_init(&excerpt->reading, NULL);
+  return excerpt;
 }
 
-struct recording *recording_thinned(const struct recording *whole, size_t every, struct app_error *error) {
+struct recording *recording_excerpt(const struct recording *whole, size_t place_rows, size_t every,
+                                    struct app_error *error) {
   struct step_median *median = step_median_new();
-  struct recording *thinned = median ? share(whole, every) : NULL;
+  struct recording *excerpt = median ? share(whole, place_rows, every) : NULL;
   int result;
 
-  if (!thinned)
+  if (!excerpt)
     result = app_fail(error, APP_FAILED, "out of memory");
-  else if (thinned->rows < RECORDING_MIN_ROWS)
-    result = app_fail(error, APP_BAD_INPUT, "%s: too few samples to be thinned", recording_path(whole));
+  else if (excerpt->rows < RECORDING_MIN_ROWS)
+    result = app_fail(error, APP_BAD_INPUT, "%s: too few samples for an excerpt", recording_path(whole));
   else
-    result = measure_steps(thinned, median, error);
+    result = measure_steps(excerpt, median, error);
   step_median_free(median);
-  if (result == 0) return thinned;
-  recording_close(thinned);
+  if (result == 0) return excerpt;
+  recording_close(excerpt);
   return NULL;
 }

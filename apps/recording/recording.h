@@ -36,9 +36,12 @@ struct recording;
  * rise, fewer than RECORDING_MIN_ROWS samples, an empty, truncated or unreadable
  * file. `path` must outlive the recording, which the caller closes. */
 struct recording *recording_open(const char *path, tl_plant plant, struct app_error *error);
-/* Every `every`-th sample of a recording, from the first on, as a recording of its own; NULL where fewer than
- * RECORDING_MIN_ROWS would be left, or on failure. The whole one must outlive it, and the two are not read at the same time. */
-struct recording *recording_thinned(const struct recording *whole, size_t every, struct app_error *error);
+/* Every `every`-th sample of TL_READING_PLACES places of a recording (tl_reading_place), each place_rows long (a multiple of
+ * `every`), from their first on, as a recording of its own; of the whole one where that is shorter. NULL where fewer than
+ * RECORDING_MIN_ROWS would be left, or on failure. The whole one must outlive it, and the two are not read at the same
+ * time. */
+struct recording *recording_excerpt(const struct recording *whole, size_t place_rows, size_t every,
+                                    struct app_error *error);
 /* Nullable: recording. */
 void recording_close(struct recording *recording);
 

@@ -10,8 +10,8 @@
 struct recording {
   struct layout layout;
   struct spool *spool;
-  const struct recording *whole; /* whose spool it is, where this is a thinned one; else NULL */
-  size_t every;                  /* it has each so-manieth of the spool's rows */
+  const struct recording *whole; /* whose spool it is, where this is an excerpt; else NULL */
+  size_t every, place_rows;      /* of an excerpt, see recording_excerpt */
   size_t rows;
   double first_s, last_s, step_s;
   pthread_mutex_t reading; /* of the spool, once it is filled */

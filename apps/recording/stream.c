@@ -8,25 +8,7 @@
 #include "common/workers.h"
 #include "stream_block.h"
 
-#define SAMPLES 8 /* places of a recording that its sensing may be measured at */
-#define SAMPLE_ROWS 4096
-
 /* ---- sensing ---------------------------------------------------------------- */
-
-/* rows of the k-th place to look at, spread over the usable rows */
-static tl_segment sample_place(const struct segments *all, int k) {
-  size_t total = 0, i, at;
-
-  for (i = 0; i < all->count; i++) total += all->segment[i].end - all->segment[i].begin;
-  at = total / SAMPLES * (size_t)k;
-  for (i = 0; i + 1 < all->count && at >= all->segment[i].end - all->segment[i].begin; i++)
-    at -= all->segment[i].end - all->segment[i].begin;
-  at += all->segment[i].begin;
-  if (at + SAMPLE_ROWS > all->segment[i].end)
-    at = all->segment[i].end - all->segment[i].begin > SAMPLE_ROWS ? all->segment[i].end - SAMPLE_ROWS
-                                                                   : all->segment[i].begin;
-  return (tl_segment){at, at + SAMPLE_ROWS < all->segment[i].end ? at + SAMPLE_ROWS : all->segment[i].end};
-}
 
 static double travel(const double *x, size_t n) {
   double low = x[0], high = x[0];
@@ -43,8 +25,8 @@ static int liveliest(const struct stream *s, struct stream_room *room, tl_channe
                      struct app_error *error) {
   double most = -1.0;
 
-  for (int k = 0; k < SAMPLES; k++) {
-    tl_segment place = sample_place(&s->segments, k);
+  for (int k = 0; k < TL_SAMPLE_PLACES; k++) {
+    tl_segment place = tl_sample_place(s->segments.segment, s->segments.count, k);
     double here;
 
     if (place.end - place.begin < 30) continue;
@@ -65,7 +47,7 @@ static int sense_joint(struct stream *s, struct stream_room *room, int joint, co
   tl_regression *r = &s->regression;
   tl_channel angle =
       r->layout.position[joint] != TL_CHANNEL_COUNT ? r->layout.position[joint] : r->layout.velocity[joint];
-  size_t work_n = tl_kinematics_window_workspace(SAMPLE_ROWS);
+  size_t work_n = tl_kinematics_window_workspace(TL_SAMPLE_ROWS);
   double *work = malloc(work_n * sizeof *work);
   tl_segment place = {0, 0};
   tl_block block;
@@ -110,6 +92,13 @@ static uint32_t recorded_channels(const struct recording *recording) {
   return set;
 }
 
+static int find_segments(struct stream *s, struct app_error *error) {
+  if (segments_find(s->recording, &s->segments, error) != 0) return -1;
+  if (s->segments.count > 0) return 0;
+  return app_fail(error, APP_BAD_INPUT, "%s: no run of more than 20 valid rows without a gap",
+                  recording_path(s->recording));
+}
+
 static int stream_prepare(struct stream *s, const tl_model *model, const tl_score_settings *score,
                           const tl_window *window, struct app_error *error) {
   tl_status status = tl_regression_init(&s->regression, model, recorded_channels(s->recording), score,
@@ -117,10 +106,7 @@ static int stream_prepare(struct stream *s, const tl_model *model, const tl_scor
 
   if (status != TL_OK)
     return app_fail(error, APP_BAD_INPUT, "%s: %s", recording_path(s->recording), tl_status_text(status));
-  if (segments_find(s->recording, &s->segments, error) != 0) return -1;
-  if (s->segments.count == 0)
-    return app_fail(error, APP_BAD_INPUT, "%s: no run of more than 20 valid rows without a gap",
-                    recording_path(s->recording));
+  if (find_segments(s, error) != 0) return -1;
   return sense(s, window, error);
 }
 
@@ -136,6 +122,21 @@ struct stream *stream_open(struct recording *recording, const tl_model *model, c
   s->workers = workers_processors();
   s->rounding = -1;
   if (stream_prepare(s, model, score, window, error) == 0) return s;
+  stream_close(s);
+  return NULL;
+}
+
+struct stream *stream_open_as(const struct stream *whole, struct recording *excerpt,
+                              struct app_error *error) {
+  struct stream *s = malloc(sizeof *s);
+
+  if (!s) {
+    app_fail(error, APP_FAILED, "out of memory");
+    return NULL;
+  }
+  *s = *whole;
+  s->recording = excerpt;
+  if (find_segments(s, error) == 0) return s;
   stream_close(s);
   return NULL;
 }

@@ -35,6 +35,8 @@ typedef int (*stream_visit)(const struct stream_part *part, void *context, struc
  * is chosen from the data). A recording without a usable segment is bad input. */
 struct stream *stream_open(struct recording *recording, const tl_model *model, const tl_score_settings *score,
                            const tl_window *window, struct app_error *error);
+/* An excerpt's stream, read as the whole recording's is: same windows, noise and effects. NULL on failure. */
+struct stream *stream_open_as(const struct stream *whole, struct recording *excerpt, struct app_error *error);
 /* Nullable: stream. */
 void stream_close(struct stream *stream);
 

@@ -160,6 +160,20 @@ TL_CHECK tl_status tl_identify_sigma(const tl_problem *problem, const tl_sandwic
 #define TL_LONGER_WINDOW 1.5
 #define TL_THINNED 2 /* every second sample */
 
+/* A long recording is read again in excerpts, TL_READING_ROWS of it in TL_READING_PLACES places: the time that readings
+ * take does not grow with the recording, and what they tell is as wide as that many rows are. */
+#define TL_READING_ROWS 16384
+#define TL_READING_PLACES 8
+/* Where a direction of the regressor has a smaller share of its weight in the excerpts than this, they are no picture of
+ * the recording: it is read whole. */
+#define TL_READING_SHARE 0.25
+
+/* Rows of one place in a recording of `rows`, one of several of `all` rows together: even, and at least 2. A recording of
+ * not more than TL_READING_PLACES such places is read whole. */
+size_t tl_reading_place_rows(size_t rows, size_t all);
+/* The row that place k of 0..TL_READING_PLACES-1 begins at, place_rows long; 0 where place_rows >= rows. */
+size_t tl_reading_place(size_t rows, size_t place_rows, size_t k);
+
 typedef struct tl_readings {
   tl_factor as_recorded; /* each of them all joints in one, by tl_problem_merge */
   tl_factor rounded[TL_ROUNDINGS];
@@ -173,6 +187,10 @@ void tl_round_angles(double *x, size_t n, double noise, int number, int joint);
 
 /* The joints' factors ((joints) of them) in one, by the weights of the problem. */
 TL_CHECK tl_status tl_problem_merge(const tl_problem *problem, const tl_factor *factor, tl_factor *merged);
+
+/* The least share, over all directions that the problem's rows see, that a reading has of their weight, at as many rows: 1
+ * where the reading is a fair picture of them, 0 where it lacks one. */
+TL_CHECK tl_status tl_reading_share(const tl_problem *problem, const tl_factor *reading, double *share);
 
 /* After tl_identify_sigma: adds to the variances what the readings tell (docs/signal.md has the formulas), and finds the
  * parameters that noise hides. TL_ERR_ARGUMENT where as_recorded or a rounded one has no rows. */

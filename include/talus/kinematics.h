@@ -63,6 +63,12 @@ typedef struct tl_sensing {
   double standstill; /* |joint velocity| below which the joint counts as standing */
 } tl_sensing;
 
+#define TL_SAMPLE_PLACES 8 /* of a recording that its sensing may be measured at */
+#define TL_SAMPLE_ROWS 4096
+/* Place k of 0..TL_SAMPLE_PLACES-1, spread over the rows of `count` segments: TL_SAMPLE_ROWS of one segment, or all of a
+ * shorter one. count >= 1. */
+tl_segment tl_sample_place(const tl_segment *segment, size_t count, int k);
+
 /* Measure a joint's sensing on a sample of its rows (a few thousand serve).
  * TL_ERR_TOO_SHORT with fewer rows than 30. */
 size_t tl_kinematics_window_workspace(size_t n);

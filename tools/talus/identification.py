@@ -20,7 +20,7 @@ from . import _drawing
 from ._arrays import Array, pointer, vector
 from ._library import TalusError, check, constants, ffi, lib
 from .model import Model
-from .recording import Recording, score_of
+from .recording import Recording, channels, score_of
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -28,6 +28,7 @@ if TYPE_CHECKING:
 
 Window = tuple[int, float]  # order, length [s]
 SAMPLE_ROWS = 8192  # rows of a recording that its sensing is measured on
+LEAST_ROWS = 30  # of a place that tells how the angles are read
 
 
 @dataclass
@@ -44,7 +45,8 @@ class Rows:
 
 class Regression:
     """The rows of one recording under one model. `window` (order, length in s) reaches across stops; `window_hz` is the
-    low-pass frequency that the windows of the motion suit, the score's where it is not given.
+    low-pass frequency that the windows of the motion suit, the score's where it is not given. How the angles are read is measured
+    on the first rows; `liveliest`: where the joint moves most, as the programs do.
 
     >>> model = talus.read("models/pendulum.yaml")
     >>> regression = talus.Regression(model, talus.simulate(model, duration_s=20))
@@ -53,22 +55,37 @@ class Regression:
     (True, (1, 5000))
     """
 
-    def __init__(self, model: Model, recording: Recording, window: Window | None = None, window_hz: float | None = None) -> None:
+    def __init__(self, model: Model, recording: Recording, window: Window | None = None, window_hz: float | None = None,
+                 liveliest: bool = False) -> None:
         recording.check_channels(model)
         self.model, self.recording, self.score = model, recording, score_of(model, recording)
         self.struct = ffi.new("tl_regression *")
         check(lib.tl_regression_init(self.struct, model.struct, recording.recorded, self.score, recording.step_s))
         for joint in range(len(model.joints)):
-            self._sense(joint, window, window_hz)
+            self._sense(joint, self._liveliest(joint) if liveliest else self._first(), window, window_hz)
         self._effects = ffi.new("tl_effect[]", model.effects)  # kept: the regression refers to them
         if model.effects:
             check(lib.tl_regression_set_effects(self.struct, self._effects, len(model.effects), recording.t[0]))
 
-    def _sense(self, joint: int, window: Window | None, window_hz: float | None) -> None:
+    def _first(self) -> tuple[int, int]:
+        begin, end = next(iter(self.recording.segments()))
+        return begin, min(end, begin + SAMPLE_ROWS)
+
+    def _liveliest(self, joint: int) -> tuple[int, int]:
+        """The place where the joint moves most: a joint at rest shows neither noise nor resolution."""
+        segments = list(self.recording.segments())
+        held = ffi.new("tl_segment[]", segments)
+        places = [lib.tl_sample_place(held, len(segments), k) for k in range(constants.TL_SAMPLE_PLACES) if segments]
+        angle = self.recording.columns[_angle_columns(self)[joint]]
+        rows = [(place.begin, place.end) for place in places if place.end - place.begin >= LEAST_ROWS]
+        if not rows:
+            raise ValueError(f"no run of at least {LEAST_ROWS} valid rows without a gap")
+        return max(rows, key=lambda place: numpy.ptp(angle[slice(*place)]))
+
+    def _sense(self, joint: int, place: tuple[int, int], window: Window | None, window_hz: float | None) -> None:
         score = ffi.new("tl_score_settings *", self.score[0])
         score.lowpass_hz = window_hz or score.lowpass_hz
-        begin, end = next(iter(self.recording.segments()))
-        end = min(end, begin + SAMPLE_ROWS)
+        begin, end = place
         work = numpy.empty(lib.tl_kinematics_window_workspace(end - begin))
         sensing = self.struct.sensing + joint
         check(lib.tl_kinematics_window(self.model.struct, ffi.addressof(self.struct, "layout"), joint, score,
@@ -234,7 +251,7 @@ class Fit:
 
 def factors(model: Model, recordings: Iterable[Recording], window: Window | None = None) -> tuple[Any, list[list[list[Rows]]]]:
     """One `tl_factor` a joint over all recordings, and the rows themselves."""
-    return folded(model, [Regression(model, recording, window) for recording in recordings])
+    return folded(model, [Regression(model, recording, window, liveliest=True) for recording in recordings])
 
 
 def folded(model: Model, regressions: Iterable[Regression]) -> tuple[Any, list[list[list[Rows]]]]:
@@ -287,7 +304,7 @@ def identify(model: Model, recordings: Iterable[Recording], seed: int = 1, equal
             break
     check(lib.tl_identify_conclude(problem, pointer(best), result))
     if _sigmas(problem, result, every):
-        _systematic(problem, result, model, recordings, window)
+        check(lib.tl_identify_readings(problem, _Rereading(problem, model, recordings, window).read(), result))
     return _fit(model, problem, result, evaluations)
 
 
@@ -316,51 +333,100 @@ def _sigmas(problem: Any, result: Any, every: list[list[list[Rows]]], block_s: f
     return True
 
 
+# ---- what residuals do not show ---------------------------------------------
+
+
+def _angle_columns(regression: Regression) -> list[str]:
+    """The column that tells each joint's motion."""
+    layout, names = regression.struct.layout, {number: name for name, number in channels().items()}
+    pairs = [(layout.position[j], layout.velocity[j]) for j in range(len(regression.model.joints))]
+    return [names[position if position in names else velocity] for position, velocity in pairs]
+
+
 def _rounded(regression: Regression, number: int) -> Regression:
     """The same recording with its angles rounded (tl_round_angles), read as before."""
-    struct, columns = regression.struct, dict(regression.recording.columns)
-    names = regression.model.sensor
-    for joint, (position, velocity) in enumerate(zip(names("position"), names("velocity"))):
-        name = position if position in columns else velocity
+    columns = dict(regression.recording.columns)
+    for joint, name in enumerate(_angle_columns(regression)):
         columns[name] = numpy.array(columns[name])
-        lib.tl_round_angles(pointer(columns[name]), len(columns[name]), struct.sensing[joint].noise, number, joint)
+        noise = regression.struct.sensing[joint].noise
+        lib.tl_round_angles(pointer(columns[name]), len(columns[name]), noise, number, joint)
     return _as_before(regression, Recording(columns), 1.0)
 
 
 def _as_before(regression: Regression, recording: Recording, window_factor: float) -> Regression:
     """A recording read as another was, with windows so many times as long."""
     other = copy.copy(regression)
+    recording.step_s = regression.recording.step_s
     other.recording, other.struct = recording, ffi.new("tl_regression *", regression.struct[0])
     for joint in range(len(regression.model.joints)):
         other.struct.sensing[joint].window.length_s *= window_factor
     return other
 
 
-def _systematic(problem: Any, result: Any, model: Model, recordings: list[Recording], window: Window | None) -> None:
-    """Standard deviations grow by what residuals do not show (tl_identify_readings)."""
-    readings = ffi.new("tl_readings *")
-    plain = [Regression(model, recording, window) for recording in recordings]
-
-    def fold(regressions: list[Regression], out: Any) -> None:
-        check(lib.tl_problem_merge(problem, folded(model, regressions)[0], out))
-
-    fold(plain, ffi.addressof(readings, "as_recorded"))
-    for number in range(constants.TL_ROUNDINGS):
-        fold([_rounded(one, number) for one in plain], readings.rounded + number)
-    fold([_as_before(one, one.recording, constants.TL_LONGER_WINDOW) for one in plain], ffi.addressof(readings, "longer"))
-    try:
-        thinned = [Regression(model, _thinned(recording), window) for recording in recordings]
-    except (TalusError, ValueError, StopIteration):
-        thinned = []  # too short or too slow for it
-    if thinned:
-        fold(thinned, ffi.addressof(readings, "thinned"))
-    check(lib.tl_identify_readings(problem, readings, result))
+def _excerpt(recording: Recording, place_rows: int, every: int) -> Recording:
+    """Every so-manieth sample of the places that long recordings are read again in, as the programs' recording_excerpt."""
+    n = len(recording.t)
+    begins = [lib.tl_reading_place(n, place_rows, k) for k in range(constants.TL_READING_PLACES)]
+    if place_rows * len(begins) >= n:
+        begins, place_rows = [0], n
+    rows = numpy.concatenate([numpy.arange(begin, begin + place_rows, every) for begin in begins])
+    excerpt = Recording({name: numpy.ascontiguousarray(values[rows]) for name, values in recording.columns.items()})
+    excerpt._score, excerpt.has_score = recording._score, recording.has_score
+    return excerpt
 
 
-def _thinned(recording: Recording) -> Recording:
-    thinned = Recording({name: values[::constants.TL_THINNED] for name, values in recording.columns.items()})
-    thinned.score, thinned.has_score = recording.score, recording.has_score
-    return thinned
+class _Rereading:
+    """The recordings read once more in every way that tl_identify_readings asks for."""
+
+    def __init__(self, problem: Any, model: Model, recordings: list[Recording], window: Window | None) -> None:
+        self.problem, self.model, self.recordings, self.window = problem, model, recordings, window
+        self.rows = sum(len(recording.t) for recording in recordings)
+        self.readings = ffi.new("tl_readings *")
+
+    def fold(self, regressions: list[Regression], out: Any) -> None:
+        check(lib.tl_problem_merge(self.problem, folded(self.model, regressions)[0], out))
+
+    def excerpts(self, whole: bool, every: int) -> list[Recording]:
+        short = whole or self.rows <= constants.TL_READING_ROWS
+        return [_excerpt(one, len(one.t) if short else lib.tl_reading_place_rows(len(one.t), self.rows), every)
+                for one in self.recordings]  # fmt: skip
+
+    def plain(self, whole: bool) -> list[Regression]:
+        """The excerpts, read as the whole recordings are."""
+        every = [Regression(self.model, one, self.window, liveliest=True) for one in self.recordings]
+        return [_as_before(one, excerpt, 1.0) for one, excerpt in zip(every, self.excerpts(whole, 1), strict=True)]
+
+    def is_fair(self, plain: list[Regression]) -> bool:
+        """Are the excerpts a fair picture of the recordings? Folds them as they were recorded."""
+        if not all(any(True for _ in one.recording.segments()) for one in plain):
+            return False
+        share = ffi.new("double *")
+        self.fold(plain, ffi.addressof(self.readings, "as_recorded"))
+        check(lib.tl_reading_share(self.problem, ffi.addressof(self.readings, "as_recorded"), share))
+        return bool(share[0] >= constants.TL_READING_SHARE)
+
+    def read(self) -> Any:
+        """The `tl_readings`."""
+        whole = self.rows <= constants.TL_READING_ROWS
+        plain = self.plain(whole)
+        if not self.is_fair(plain) and not whole:
+            whole = True
+            plain = self.plain(whole)
+            self.fold(plain, ffi.addressof(self.readings, "as_recorded"))
+        for number in range(constants.TL_ROUNDINGS):
+            self.fold([_rounded(one, number) for one in plain], self.readings.rounded + number)
+        longer = [_as_before(one, one.recording, constants.TL_LONGER_WINDOW) for one in plain]
+        self.fold(longer, ffi.addressof(self.readings, "longer"))
+        self._read_thinned(whole)
+        return self.readings
+
+    def _read_thinned(self, whole: bool) -> None:
+        try:
+            thinned = [Regression(self.model, one, self.window, liveliest=True)
+                       for one in self.excerpts(whole, constants.TL_THINNED)]  # fmt: skip
+        except (TalusError, ValueError, StopIteration):
+            return  # too short or too slow for it
+        self.fold(thinned, ffi.addressof(self.readings, "thinned"))
 
 
 def _fit(model: Model, problem: Any, result: Any, evaluations: int) -> Fit:
