@@ -57,8 +57,8 @@ def diagnosis(search, verdict, seed, findings, through):
     for item in listed:
         own = [p for p, effect, joint in verdict.probabilities if (effect, joint) == (item["effect"], item["joint"])]
         first = keys.index((item["effect"], item["joint"])) == 0
-        # a further effect is as sure as that something explains the gap, and that its own gain is not nothing
-        further = known_probability(verdict) * (1.0 - search.further.get((item["effect"], item["joint"]), 0.0))
+        # a further effect is as sure as that something explains the gap, and that it is itself part of that
+        further = known_probability(verdict) * verdict.further.get((item["effect"], item["joint"]), 1.0)
         item["probability"] = own[0] if own and first else further
     order = ("effect", "joint", "probability", "parameters", "interval", "closes", "gap_before", "gap_after")
     report["effects"] = [{name: item[name] for name in order} for item in listed]

@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 
+from . import further
 from .effects import EFFECTS
 from .search import COLUMN_PRICE, STEPS_WITHIN_TOLERANCE
 from .calibration.stability import survives
@@ -42,6 +43,7 @@ class Verdict:
         self.probabilities = [(p / total, effect, joint) for p, effect, joint in kept]
         self.fit, self.open_share = fit, open_share
         self.stable = None  # does it survive half the low-pass? None where nothing is named, or that was not tried
+        self.further = {}  # (effect, joint): probability of each effect after the first
 
     def doubted(self):
         """The same where the named effect may be what the sensors did: no more likely than not. What it loses goes to `none` and
@@ -190,16 +192,30 @@ def rivals(search, fit):
     return [mine, *search.nearest_refined(found, len(mine.chosen) - 1, fit.excess)]
 
 
+def shares(search, fit, others):
+    """Probability of each of the `rivals`, if one of them is the first effect."""
+    odds, without = Odds(search, fit), search.fit(fit.chosen[1:])
+    weight = [o.chosen[-1].weight(o.strengths[-1]) * odds.of(o) * (1 - search.nothing(without, o)) for o in others]
+    return np.array(weight) / (float(np.sum(weight)) or 1.0)
+
+
 def judge(search, fit, half=None, inertia_known=True):
     """The verdict on a search's outcome, and the fit with the named effect in front. `half` makes the dataset through half the
     low-pass, at which a named effect must show as well; where the sensors leave the inertia unknown, it may stand for that, and
     where replicates gain more than the recordings, for what the readings do."""
     verdict = first_judgement(search, fit)
-    if verdict.effect in ("none", "unknown"):
+    if not verdict.fit.chosen:
+        return verdict
+    at_half = half() if half else None
+    further.judged(search, verdict, at_half)
+    by_sensors = not inertia_known or bool(search.calibration and search.calibration.outdone())
+    if by_sensors:
+        verdict.further = {key: min(p, UNSTABLE_AT_MOST) for key, p in verdict.further.items()}
+    if verdict.effect == "unknown":
         return verdict
     if half:
-        verdict.stable = survives(search, verdict.fit, verdict.rivals, half())
-    if not inertia_known or verdict.stable is False or (search.calibration and search.calibration.outdone()):
+        verdict.stable = survives(search, verdict.fit, verdict.rivals, at_half)
+    if by_sensors or verdict.stable is False:
         verdict.doubted()
     if verdict.effect in ("none", "unknown"):
         verdict.fit = search.plain
@@ -216,12 +232,10 @@ def first_judgement(search, fit):
     unknown = logistic((math.log(max(open_share, 1e-4)) - math.log(most)) / LOGIT_WIDTH)
     little = left_of_the_whole(search, fit)
     unknown = max(unknown, little)
-    odds, others = Odds(search, fit), rivals(search, fit)
-    without = search.fit(fit.chosen[1:])
-    weight = [o.chosen[-1].weight(o.strengths[-1]) * odds.of(o) * (1 - search.nothing(without, o)) for o in others]
-    total = float(np.sum(weight)) or 1.0
+    others = rivals(search, fit)
     nothing = nothing_there(search, fit)
-    probabilities = [(w / total * (1 - unknown) * (1 - nothing), *o.chosen[-1].key) for w, o in zip(weight, others)]
+    probabilities = [(share * (1 - unknown) * (1 - nothing), *o.chosen[-1].key)
+                     for share, o in zip(shares(search, fit, others), others)]
     no_cause = without_cause(search, nothing, unknown, gap_remains)
     verdict = Verdict([*probabilities, *no_cause], fit, open_share)
     verdict.rivals = others
