@@ -120,7 +120,7 @@ def test_tables_say_what_the_report_says(page, case):
         shares = [100 * gap[f"{key}_rms"] / gap["measured_rms"] for key in ("identified", "extended")]
         assert [float(x) for x in re.findall(r"[\d.]+", row["of the measured"])] == pytest.approx(shares, abs=6e-3)
         assert figure(row["closed"]) == pytest.approx(gap["closed_fraction"], abs=6e-4)
-        interval = [float(x) / 100 for x in re.findall(r"[\d.]+", row["in another motion (95 %)"])]
+        interval = [float(x) / 100 for x in re.findall(r"-?[\d.]+", row["in another motion (95 %)"])]
         assert interval == pytest.approx(gap["closed_interval"], abs=6e-4)
     (effect,) = report["effects"]
     row = table(page, "1. viscous friction")

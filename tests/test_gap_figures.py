@@ -45,7 +45,22 @@ def test_the_interval_holds_the_closed_fraction_itself(floor):
     before, after = blocks(np.random.default_rng(1), BLOCKS)
     whole = figures.closed_fraction(np.sqrt(np.mean(before**2)), np.sqrt(np.mean(after**2)), floor)
     low, high = figures.closed_interval(dataset(BLOCKS), residuals(before), residuals(after), 0, floor, 1)
-    assert 0 <= low <= whole <= high <= 1
+    assert -1 <= low <= whole <= high <= 1
+
+
+def test_a_noise_that_is_overrated_does_not_make_the_interval_sure():
+    """Of a large gap 0.1 % is left, below a noise that is taken for twice what it is: all seems closed, and less than all may be."""
+    before, after = blocks(np.random.default_rng(1), BLOCKS)
+    left = np.sqrt(np.mean(after**2))
+    true = 1 - (left**2 - NOISE**2) / np.mean((30 * before) ** 2)
+    low, high = figures.closed_interval(dataset(BLOCKS), residuals(30 * before), residuals(after), 0, 2 * left, 1)
+    assert low < true < 1 and high == 1 and low > 0.99
+
+
+def test_effects_that_do_harm_may_do_it_again():
+    before, after = blocks(np.random.default_rng(1), BLOCKS)
+    low, _high = figures.closed_interval(dataset(BLOCKS), residuals(after), residuals(before), 0, 0.5 * NOISE, 1)
+    assert -1 <= low < 0
 
 
 def test_no_rows_tell_nothing():

@@ -7,6 +7,7 @@ import numpy as np
 from .dataset import NEAR_STOP
 
 DRAWS = 800
+MOST_HARM = -1.0  # of a closed share: effects that double the gap's square
 NOISE_KNOWN_TO = 0.1  # of its deviation: by how much estimates from repeats, near repeats and high frequencies differ
 
 
@@ -64,11 +65,11 @@ def noise_floor(dataset, joint):
     return float(dataset.sigma[f"T{joint}"] * np.sqrt(power))
 
 
-def closed_fraction(identified, extended, floor):
-    """Share of the systematic gap that the effects close, in [0, 1]."""
+def closed_fraction(identified, extended, floor, least=0.0):
+    """Share of the systematic gap that the effects close, from `least` to 1."""
     if identified <= floor:
         return 0.0
-    return float(np.clip((identified**2 - extended**2) / (identified**2 - floor**2), 0.0, 1.0))
+    return float(np.clip((identified**2 - extended**2) / (identified**2 - floor**2), least, 1.0))
 
 
 def block_sums(dataset, residuals, joint):
@@ -84,15 +85,17 @@ def block_sums(dataset, residuals, joint):
 
 def closed_interval(dataset, before, after, joint, floor, seed):
     """95 % interval of what will be closed in another motion: that may be as unlike all of these as any one of their blocks is,
-    and the noise is known to a tenth. It holds the closed fraction itself."""
+    and the noise, which cannot be more than all that is left, is known to a tenth. It holds the closed fraction itself, and goes
+    below 0 where effects may do harm, down to -1."""
     random = np.random.Generator(np.random.Philox(seed))
     (old, number), (new, _) = (block_sums(dataset, r, joint) for r in (before, after))
     shown = np.flatnonzero(number)
     one = random.choice(shown, DRAWS) if len(shown) else []
-    noises = floor * np.exp(NOISE_KNOWN_TO * random.standard_normal(DRAWS))
+    identified, extended = (float(np.sqrt(x.sum() / max(number.sum(), 1))) for x in (old, new))
+    noises = min(floor, extended) * np.exp(NOISE_KNOWN_TO * random.standard_normal(DRAWS))
     rms = np.sqrt(old[one] / number[one]), np.sqrt(new[one] / number[one])
-    drawn = [closed_fraction(a, b, noise) for a, b, noise in zip(*rms, noises)]
-    whole = closed_fraction(*(float(np.sqrt(x.sum() / max(number.sum(), 1))) for x in (old, new)), floor)
+    drawn = [closed_fraction(a, b, noise, MOST_HARM) for a, b, noise in zip(*rms, noises)]
+    whole = closed_fraction(identified, extended, floor)
     low, high = np.quantile(drawn, [0.025, 0.975]) if drawn else (0.0, 1.0)
     return [float(min(low, whole)), float(max(high, whole))]
 
