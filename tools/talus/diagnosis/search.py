@@ -219,11 +219,19 @@ class Search:
         return [end for fit in near if (end := refined(self, fit, len(chosen))).is_physical()]
 
     def nearest_refined(self, found, place, best):
-        """Ranked fits, the effect at `place` of the first few between the grid's shapes if they come near the `best` excess;
-        ranked again."""
-        near = [fit for fit in found[:REFINED] if fit.excess < REFINED_WITHIN * max(best, self.tolerated)]
-        found = [refined(self, fit, place) for fit in near] + found[len(near):]
-        return sorted(found, key=lambda fit: fit.excess)
+        """Ranked fits, the effect at `place` of the first few between the grid's shapes if they come near the `best` excess, or are
+        of a body that may only be out of step; ranked again."""
+        first = [refined(self, fit, place) if self._may_come_near(fit, place, best) else fit for fit in found[:REFINED]]
+        return sorted([*first, *found[REFINED:]], key=lambda fit: fit.excess)
+
+    def _may_come_near(self, fit, place, best):
+        """A spring that swings a little too fast closes a part of what the right one would."""
+        if fit.excess < REFINED_WITHIN * max(best, self.tolerated):
+            return True
+        if not EFFECTS[fit.chosen[place].effect].integrated:
+            return False
+        without = self.fit([*fit.chosen[:place], *fit.chosen[place + 1:]]).excess
+        return without - fit.excess > PROMISING * (without - best)
 
     def step(self, before, after):
         """What a step from one fit to another gains: (tempered gain, deviations over the blocks, share closed of what
