@@ -21,7 +21,7 @@ def candidates(at):
 
     teeth = TEETH_NM_RAD if at.dataset.at_motor else stiffness_at(at, TEETH_HZ)
     least = LEAST_GAP_RAD if at.dataset.at_motor else 0.0
-    begin_low = (BEGIN_SHARE,) if at.dataset.at_motor and at.number == 0 else None  # no encoder tells its gap
+    begin_low = None if at.dataset.at_motor and at.number == 1 else (BEGIN_SHARE,)  # an encoder tells an ankle's gap
 
     def lost(gap, stiffness, dry, viscous, motor, damping, drag=0.0):
         shapes = link_shapes(at, stiffness, dry, viscous, motor, damping, gap_rad=gap, drag_Nm=drag * at.coulomb_Nm)

@@ -28,7 +28,7 @@ def candidates(at):
         return
     j = at.number
     grid, (softest, stiffest) = stiffnesses(at)
-    begin_low = (STIFFER_SHARE,) if at.dataset.at_motor else None
+    begin_low = (STIFFER_SHARE,)
 
     def soft(stiffness, dry, viscous, motor, damping=SPRING_DAMPING_RATIO, share=1.0, begin=SOFT_RAD, harder=0.0):
         hardening = float(harder * stiffness / HARDER_RAD**2)
