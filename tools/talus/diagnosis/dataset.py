@@ -52,6 +52,7 @@ class Dataset:
         self.model, self.processed_recordings, self.tree = model, processed_recordings, tree
         self.at_motor = bool(model.facts.sensors.at_motor)  # the joints follow through their transmissions
         self.models = {}  # the model at other base parameters, by these
+        self._near_pairs = {}  # by recording and kind of channel: the same for every fit
         self.joints, self.bases = len(model.joints), len(model.base)
         self.prior = np.array(list(model.base.values()))
         self.identified = np.array(list(talus.Model.from_tree(tree).base.values()))
@@ -165,6 +166,12 @@ class Dataset:
 
     def near_pairs(self, channel):
         """Rows of the grid at which nearly the same state comes back, or None."""
+        key = channel.record, channel.kind
+        if key not in self._near_pairs:
+            self._near_pairs[key] = self._found_near_pairs(channel)
+        return self._near_pairs[key]
+
+    def _found_near_pairs(self, channel):
         if len(channel.rows) < noise.FEWEST_REPEATED_ROWS:
             return None
         processed = self.processed_recordings[channel.record]
