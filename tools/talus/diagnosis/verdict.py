@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from . import further
+from .calibration import further
 from .effects import EFFECTS
 from .search import COLUMN_PRICE, STEPS_WITHIN_TOLERANCE
 from .calibration.stability import survives

@@ -1,14 +1,13 @@
 """How sure each further effect is: that it is this one rather than a rival in its place, that what it gains is not nothing, and
 that half the low-pass shows it as well. It is judged as the first one is, in its own place beside all the others."""
 
-from . import verdict as first
-from .calibration.stability import survives
+from .. import verdict as first
+from .stability import survives
 
 
 def judged(search, verdict, half_dataset):
     """The verdict with each further effect at its likeliest, and `further` {(effect, joint): its probability where something of
-    the catalogue is the cause}. `half_dataset` holds the
-    recordings through half the low-pass, or is None."""
+    the catalogue is the cause}. `half_dataset` holds the recordings through half the low-pass, or is None."""
     for place in range(1, len(verdict.fit.chosen)):
         probability, fit = one(search, verdict.fit, place, half_dataset)
         verdict.fit = fit
