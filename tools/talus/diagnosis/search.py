@@ -295,19 +295,23 @@ class Search:
         best = singles[0]
         if not self._worth_more(best):
             return best
-        following = [found[0] for start in singles[:BEAM] if (found := self.scan(start.chosen))]
+        following = [found[0] for start in singles[:BEAM] if (found := self._something(start, self.scan(start.chosen)))]
         if not following:
             return best
         second = self.all_refined(self.reshaped(min(following, key=lambda fit: fit.excess)))
-        led = [self.all_refined(self.reshaped(fit)) for fit in self.led_to(best.chosen, second.excess)]
+        led = [self.all_refined(self.reshaped(fit)) for fit in self._something(best, self.led_to(best.chosen, second.excess))]
         second = min([second, *led], key=lambda fit: fit.excess)
         if not self.is_worth_adding(best, second, SECOND_MUST_CLOSE) or self.is_nothing(best, second):
             return best
-        if self._worth_more(second) and (third := self.scan(second.chosen)):
+        if self._worth_more(second) and (third := self._something(second, self.scan(second.chosen))):
             least = THIRD_MUST_CLOSE if self.dataset.joints > 1 else SINGLE_JOINT_THIRD_MUST_CLOSE
             if self.is_worth_adding(second, third[0], least) and not self.is_nothing(second, third[0]):
                 return self.ordered(self.all_refined(third[0]))
         return self.ordered(second)
+
+    def _something(self, before, found):
+        """Of fits with one more effect those whose gain is not what replicates have, too: behind it another may stand."""
+        return [fit for fit in found if self.nothing(before, fit) < LIKELY_NOTHING]
 
     def _worth_more(self, fit):
         """Is there a kind of channel in which enough stands open? A fine encoder's gap can dwarf the others'."""

@@ -135,9 +135,14 @@ class Replicator:
 
 
 def gains_beside(search, chosen):
-    """{(effect, joint): what its best shape of the grid gains beside the chosen effects}."""
-    before, there = search.fit(chosen).excess, {c.key for c in chosen}
-    return {fit.chosen[-1].key: before - fit.excess for fit in search.scan(chosen) if fit.chosen[-1].key not in there}
+    """{(effect, joint): what its best shape gains beside the chosen effects, of the grid's or, while much is left, downhill of these}."""
+    before, there, gains = search.fit(chosen).excess, {c.key for c in chosen}, {}
+    found = search.scan(chosen)
+    for fit in [*found, *(search.led_to(chosen, found[0].excess) if found else [])]:
+        key = fit.chosen[-1].key
+        if key not in there:
+            gains[key] = max(gains.get(key, -np.inf), before - fit.excess)
+    return gains
 
 
 _work = None  # what the processes that are forked take with them

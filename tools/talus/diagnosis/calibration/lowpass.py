@@ -89,6 +89,16 @@ def inertia_bias(dataset, seed):
     return float(off[np.argmax(np.abs(off))])
 
 
+def kept_hz(processed, hz):
+    """`hz`, or less where the motion's windows do not keep that band: they are as long as the low-pass's period, or so many samples
+    as their polynomial needs."""
+    for one in processed:
+        for sensing in one.regression.struct.sensing[0:one.joints]:
+            if not sensing.across and sensing.window.length_s > 1 / hz + one.step_s:
+                hz = 1 / sensing.window.length_s
+    return hz
+
+
 def chosen(at, hz, seed):
     """(Lowpass, its dataset): from `hz` down to where the inertia is left alone, or least wrong; `at(hz)` is a dataset."""
     found = []
@@ -123,7 +133,7 @@ class Looks:
             return Lowpass(wanted_hz, "option"), self.at(wanted_hz)
         if "score" in self.tree:
             return Lowpass(own_hz, "model"), self.at(own_hz)
-        return chosen(self.at, own_hz, seed)
+        return chosen(self.at, kept_hz(self.processed, own_hz), seed)
 
     def half_of(self, through):
         """What makes the dataset at half a Lowpass; None where that would be slower than any."""
