@@ -10,7 +10,11 @@
  * reverse. So it never fills a place that the writer has not dropped, and dropping (release) comes before it sees the
  * tail (acquire). The writer reads item[i] only for tail <= i < head, with a head that may be old, thus too low: it
  * may see less than there is, never more; filling the item comes before head's release, which it acquires. Every item
- * is therefore filled whole before it is read, and read before it is filled again, in any interleaving.
+ * is therefore filled whole before it is read, and read before it is filled again, in any interleaving. The watermark's
+ * release comes after the filling likewise: who acquires it first, then asks how much there is, sees all it promises.
+ *
+ * tests/test_acquire_ring.py goes through every execution of a ring of two places under C's memory model, with this code,
+ * and shows that none of the six orders in ring.c may be weaker.
  */
 #ifndef RING_H
 #define RING_H
