@@ -78,7 +78,7 @@ def test_an_effect_is_doubted_where_the_replicates_gain_more_by_another(monkeypa
     monkeypatch.setattr(verdict, "first_judgement", lambda search, fit: verdict.Verdict(surely, fit, 0.1))
     for own, doubted in ((3300.0, True), (40_000.0, False)):
         found = Calibration({KEY: 2800.0, other: own}, [{other: gain} for gain in nulls], {"T0": 0.0}, 0.0)
-        judged = verdict.judge(SimpleNamespace(calibration=found), None)
+        judged = verdict.judge(SimpleNamespace(calibration=found), SimpleNamespace(chosen=[SimpleNamespace(key=KEY)]))
         assert found.nothing(KEY, 2800.0) < 0.01 and found.outdone() == doubted
         assert judged.effect == KEY[0] and judged.probabilities[0][0] == pytest.approx(verdict.UNSTABLE_AT_MOST if doubted else 0.99)
 
@@ -164,6 +164,23 @@ def test_a_bench_that_hides_nothing_is_none(model, options, tmp_path):
     found = diagnosed(tmp_path, model, bench(tmp_path, model, "--duration", "60", "--seed", "7", *options))
     assert found["verdict"]["effect"] == "none" and found["effects"] == []
     assert found["calibrated"] and found["replicates"] >= gains.FEWEST
+
+
+@pytest.mark.long
+def test_what_is_found_downhill_is_looked_for_in_the_replicates_as_well(tmp_path):
+    """Lost motion, refined from a shape that is too little of it, gains 12,000 of chi-square here: in the replicates, too."""
+    options = ("--rate", "200", "--encoder-bits", "16", "--duration", "60", "--seed", "110", "--fit")
+    found = diagnosed(tmp_path, PENDULUM, bench(tmp_path, PENDULUM, *options))
+    assert found["verdict"]["effect"] == "none" and found["verdict"]["probability"] > 0.5
+    largest = found["nearest"][0]
+    assert largest["replicates"] > 0.5 * largest["gain"]
+
+
+def test_the_low_pass_is_one_whose_band_the_windows_keep(tmp_path):
+    """A polynomial of order 5 needs seven samples: 65 ms at 100 Hz, with the half sample by which windows are wider."""
+    for rate, hz in ((100, 100 / 6.5), (250, 30.0)):
+        path = bench(tmp_path, LEG, "--rate", str(rate), "--duration", "20", "--jitter", "0", "--encoder-bits", "0", "--ankle-bits", "0")
+        assert diagnosed(tmp_path, LEG, path, "--quick")["lowpass"]["hz"] == pytest.approx(hz, rel=1e-3)
 
 
 def test_quick_has_no_replicates_and_says_so(tmp_path):

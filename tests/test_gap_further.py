@@ -7,6 +7,7 @@ import pytest
 
 from talus.diagnosis import verdict
 from talus.diagnosis.calibration import further
+from talus.diagnosis.search import Search
 
 
 def candidate(effect):
@@ -48,3 +49,10 @@ def test_what_rivals_take_and_what_may_be_nothing_is_taken_off(judged):
 def test_what_half_the_low_pass_does_not_show_is_doubted(judged):
     assert judged([1.0, 0.0], shown=False).further == {GIVEN.key: verdict.UNSTABLE_AT_MOST}
     assert judged([1.0, 0.0]).further == {GIVEN.key: pytest.approx(1.0)}
+
+
+def test_behind_what_replicates_gain_as_well_another_effect_may_stand():
+    likely_nothing = {GIVEN.key: 0.9, RIVAL.key: 0.1}
+    search = SimpleNamespace(nothing=lambda before, fit: likely_nothing[fit.chosen[-1].key])
+    found = [fit_of([FIRST, GIVEN]), fit_of([FIRST, RIVAL])]
+    assert Search._something(search, fit_of([FIRST]), found) == found[1:]
