@@ -90,11 +90,11 @@ def inertia_bias(dataset, seed):
 
 
 def kept_hz(processed, hz):
-    """`hz`, or less where the motion's windows do not keep that band: they are as long as the low-pass's period, or so many samples
-    as their polynomial needs."""
+    """`hz`, or less where the motion's windows do not keep that band: they are as long as the low-pass's period, up to the next whole
+    sample at both ends, or so many samples as their polynomial needs."""
     for one in processed:
         for sensing in one.regression.struct.sensing[0:one.joints]:
-            if not sensing.across and sensing.window.length_s > 1 / hz + one.step_s:
+            if not sensing.across and sensing.window.length_s > 1 / hz + 1.5 * one.step_s:
                 hz = 1 / sensing.window.length_s
     return hz
 
