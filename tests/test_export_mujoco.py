@@ -101,7 +101,7 @@ def shown(model, torque):
     for effect in model.effects:
         name, v = ffi.string(effect.kind.name), list(effect.value)
         if name == b"current_offset":
-            out[effect.joint] += v[0]
+            out[effect.joint] += v[0] * (1.0 if model.plant == "leg" else 9.0)  # an arm counts torque behind its gear
         if name == b"torque_saturation":  # droop, exponent, begin
             x = torque[effect.joint]
             out[effect.joint] += v[0] * np.sign(x) * max(abs(x) - v[2], 0.0) ** (1.0 + v[1])
@@ -130,6 +130,7 @@ EXACT = [
     ("leg", [("elasticity", "knee", {"stiffness_Nm_rad": 500.0})]),
     ("pendulum", [("elasticity", "joint", {"stiffness_Nm_rad": 300.0, "hardening_Nm_rad3": 2000.0})]),
     ("pendulum", [("torque_constant", "joint", {"excess": 0.1})]),
+    ("pendulum", [("current_offset", "joint", {})]),
 ]
 
 

@@ -40,12 +40,13 @@ class Twist:
 
 @dataclass(frozen=True)
 class Joint:
-    """A joint and its drive; torques at the joint. `ratio` is torque at the joint over torque as the model counts it."""
+    """A joint and its drive; torques at the joint. `ratio` is torque at the joint over torque as the model counts it, `gear` over the motor's."""
 
     name: str
     link: Link
     slides: bool
     ratio: float
+    gear: float
     armature: float
     coulomb: float
     viscous: float
@@ -84,7 +85,7 @@ def _joint(model: Model, j: int, link: Link) -> Joint:
     s, drive = model.struct, model.struct.drive[j]
     ratio = float(lib.tl_torque_ratio(s, j, 0.0))
     armature = drive.rotor_inertia_kg_m2 * ratio**2 if model.plant == "leg" and j == 1 else 0.0
-    return Joint(model.joints[j], link, model.coordinate_unit == "m", ratio, armature, drive.coulomb_Nm,
+    return Joint(model.joints[j], link, model.coordinate_unit == "m", ratio, float(lib.tl_motor_ratio(s, j, 0.0)), armature, drive.coulomb_Nm,
                  drive.viscous_Nms_rad, float(lib.tl_joint_offset(s, j)))  # fmt: skip
 
 

@@ -84,7 +84,7 @@ def _poly(*parts: float) -> tuple[float, ...]:
 
 def _actuator(actuators: ET.Element, held: Held, j: int, joint: Joint, limits: Limits) -> None:
     gain = 1.0 + held.added[j].get("gain", 0.0)
-    bias = -gain * held.added[j].get("shown_Nm", 0.0) - held.term(j, "constant_Nm") / joint.ratio
+    bias = -gain * held.added[j].get("shown_Nm", 0.0) * joint.gear / joint.ratio - held.term(j, "constant_Nm") / joint.ratio
     effort = limits.torque[j]
     more: dict[str, Any] = {"ctrlrange": (-effort / abs(joint.ratio), effort / abs(joint.ratio))} if effort else {}
     add(actuators, "general", name=joint.name, joint=joint.name, gear=number(joint.ratio), gainprm=gain, biastype="affine", biasprm=(bias, 0, 0), **more)

@@ -92,7 +92,10 @@ def take_exact(model: Model, target: Target, held: Held) -> None:
 
 
 def terms_of(model: Model, effect: Any) -> dict[str, float] | None:
-    """Its exact terms; none of a spring in series with a gap."""
+    """Its exact terms; none of a spring in series with a gap, nor of a motor's constant torque that the joint feels by its angle."""
+    if terms.name(effect) == "current_offset" and model.plant != "leg":
+        if model.struct.drive[effect.joint].transmission.kind != lib.TL_TRANSMISSION_FIXED:
+            return None
     rattles = any(terms.name(e) == "backlash" and e.joint == effect.joint for e in model.effects)
     return None if rattles and terms.name(effect) == "elasticity" else terms.exact(effect)
 
