@@ -1,0 +1,56 @@
+"""When the guest itself stood still, so that a limit of time can be held to the program alone.
+
+    with Pauses(tmp_path / "pauses") as pauses:
+        ...
+    pauses.within(begin_ns, end_ns)
+
+A process of its own wants to wake every millisecond, before any thread of the program's, whatever those do (SCHED_FIFO, the highest
+priority). What it wakes late is time that the machine did not give to the guest, or that one call of the kernel took. Times are monotonic.
+"""
+
+import os
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+EVERY_NS, LATE_NS = 1_000_000, 200_000
+
+
+class Pauses:
+    def __init__(self, path):
+        self.path = Path(path)
+        self.process = subprocess.Popen([sys.executable, __file__, path])
+        while not self.path.exists() and self.process.poll() is None:
+            time.sleep(0.01)
+        assert self.process.poll() is None, "no process of the highest priority here"
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        time.sleep(0.1)  # a pause is written down at its end
+        self.process.kill()
+        self.process.wait()
+
+    def within(self, begin_ns, end_ns):
+        """How much of this time the guest stood still [ns]; to be asked when all is over."""
+        whole_lines = self.path.read_text().splitlines(keepends=True)
+        found = [tuple(map(int, line.split())) for line in whole_lines if line.endswith("\n")]
+        return sum(max(min(end_ns, end) - max(begin_ns, begin), 0) for begin, end in found)
+
+
+def watch(path):
+    """Writes begin and end of each pause, one a line."""
+    os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(os.sched_get_priority_max(os.SCHED_FIFO)))
+    with open(path, "w", encoding="ascii", buffering=1) as file:
+        while True:
+            due = time.monotonic_ns() + EVERY_NS
+            time.sleep(EVERY_NS / 1e9)
+            now = time.monotonic_ns()
+            if now - due > LATE_NS:
+                file.write(f"{due} {now}\n")
+
+
+if __name__ == "__main__":
+    watch(sys.argv[1])
