@@ -30,6 +30,8 @@ BOUND = (("source/can_port.c", "all = {.can_family = AF_CAN};", "all = {.can_fam
 LAST_WORD_NOT_HEARD = (("record/watch.c", "if (n > 0 && concerns(w, i, &event))", "if (0 && concerns(w, i, &event))"), *NO_TALLY)
 # another interface that takes the name is not followed
 OTHER_NOT_FOLLOWED = (("source/source_can.c", "      adopt(s, now);\n    }\n  }", "    }\n  }"),)
+# what the adapter's stamps were set to is not set again
+STAMPS_KEPT = (("source/link.c", "  if (before->asked && if_index", "  if (0 && if_index"),)
 # an emergency stop that goes out 30 ms late: the thread sleeps, or it works on something else
 STOP_SLEEPS = (("play/stop_line.c", "  if (stop->playing) __atomic", "  clock_sleep_until(clock_mono_ns() + 30000000);\n  if (stop->playing) __atomic"),)
 STOP_BUSY = (("play/stop_line.c", "  if (stop->playing) __atomic",

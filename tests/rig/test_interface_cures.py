@@ -2,16 +2,20 @@
 is in tests/test_acquire_cures.py, which says how this is judged."""
 
 import random
+import socket
 import subprocess
 import time
 from pathlib import Path
 
 import pytest
 from recording import SOURCE, Recording, ip
+from support import REPOSITORY
 from test_acquire_plugging import numbers_of, plug_in, send_some
-from uncured import BOUND, LAST_WORD_NOT_HEARD, OTHER_NOT_FOLLOWED, uncured
+from uncured import BOUND, LAST_WORD_NOT_HEARD, OTHER_NOT_FOLLOWED, STAMPS_KEPT, uncured
 
 pytestmark = [pytest.mark.rig, pytest.mark.release]
+
+EVERY_FRAME = 1  # HWTSTAMP_FILTER_ALL
 
 
 @pytest.fixture(params=["cured", "uncured"])
@@ -53,6 +57,47 @@ def test_another_takes_the_name(vcan, tmp_path, program_of):
         assert_silent(recording, recording.stop(status=0))
     ip("del", "tlaway")
     assert len(numbers_of(recording)) == (300 if cured else 100)
+
+
+@pytest.fixture
+def adapter(tmp_path, monkeypatch):
+    """Interfaces whose driver has stamps: a function (index) -> (tx_type, rx_filter) as they are set, for new ones as given."""
+    library, folder = tmp_path / "fake_stamps.so", tmp_path / "stamps"
+    subprocess.run(["gcc", "-O1", "-shared", "-fPIC", "-o", library, REPOSITORY / "tests/rig/fake_stamps.c"], check=True)
+    folder.mkdir()
+    monkeypatch.setenv("FAKE_STAMPS", str(folder))
+
+    def setting(index, new=None):
+        if new:
+            (folder / str(index)).write_text("{} {}\n".format(*new))
+        return tuple(map(int, (folder / str(index)).read_text().split()))
+
+    setting.library = library
+    return setting
+
+
+def test_stamps_are_set_back(vcan, tmp_path, program_of, adapter, monkeypatch):
+    """At the end, and when another interface takes the name: of each what was set before, under whatever name it has then."""
+    path, cured = program_of(STAMPS_KEPT)
+    first, second = vcan(2)
+    before = {socket.if_nametoindex(first): (1, 0), socket.if_nametoindex(second): (0, 12)}
+    for index, given in before.items():
+        adapter(index, given)
+    with monkeypatch.context() as preloaded:
+        preloaded.setenv("LD_PRELOAD", str(adapter.library))
+        recording = Recording(tmp_path / "h", first, path=path)
+    asked = [(1, EVERY_FRAME), (0, EVERY_FRAME)]
+    with recording:
+        assert [adapter(index) for index in before] == [asked[0], (0, 12)]
+        for old, new in ((first, "tlaway"), (second, first)):
+            ip("set", old, "down")
+            ip("set", old, "name", new)
+            ip("set", new, "up")
+        time.sleep(0.3)
+        assert [adapter(index) for index in before] == [(1, 0) if cured else asked[0], asked[1]]
+        recording.stop(status=None)
+    ip("del", "tlaway")
+    assert [adapter(index) for index in before] == (list(before.values()) if cured else asked)
 
 
 def in_qemu():

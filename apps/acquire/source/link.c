@@ -231,18 +231,24 @@ int link_has_hardware_stamps(const char *name) {
   return (info.so_timestamping & SOF_TIMESTAMPING_RX_HARDWARE) != 0;
 }
 
-void link_ask_hardware_stamps(const char *name, struct link_stamps *before) {
+void link_ask_hardware_stamps(int index, struct link_stamps *before) {
   struct hwtstamp_config now = {.tx_type = HWTSTAMP_TX_OFF};
+  char name[IF_NAMESIZE];
+  *before = (struct link_stamps){.index = index};
+  if (!if_indextoname((unsigned)index, name)) return;
   const int known = device_control(name, SIOCGHWTSTAMP, &now) == 0;
   struct hwtstamp_config wanted = {.tx_type = now.tx_type, .rx_filter = HWTSTAMP_FILTER_ALL};
-  *before = (struct link_stamps){0, now.tx_type, now.rx_filter};
+  before->tx_type = now.tx_type;
+  before->rx_filter = now.rx_filter;
   if (known && now.rx_filter == HWTSTAMP_FILTER_ALL) return;
   before->asked = device_control(name, SIOCSHWTSTAMP, &wanted) == 0 && known;
 }
 
-void link_restore_stamps(const char *name, const struct link_stamps *before) {
+void link_restore_stamps(const struct link_stamps *before) {
   struct hwtstamp_config config = {.tx_type = before->tx_type, .rx_filter = before->rx_filter};
-  if (before->asked) device_control(name, SIOCSHWTSTAMP, &config);
+  char name[IF_NAMESIZE];
+  if (before->asked && if_indextoname((unsigned)before->index, name))
+    device_control(name, SIOCSHWTSTAMP, &config);
 }
 
 /* ---- names ------------------------------------------------------------------------- */

@@ -62,13 +62,13 @@ int link_all_can(int netlink, int *index, int n);
 /* Can the driver stamp received frames in hardware? */
 int link_has_hardware_stamps(const char *name);
 /* Asks the driver for it, where it must be asked; it may refuse. What was set before goes into *before, and comes back
- * with link_restore_stamps. */
+ * with link_restore_stamps, whatever the interface is called by then. */
 struct link_stamps {
-  int asked;
+  int asked, index;
   int tx_type, rx_filter;
 };
-void link_ask_hardware_stamps(const char *name, struct link_stamps *before);
-void link_restore_stamps(const char *name, const struct link_stamps *before);
+void link_ask_hardware_stamps(int index, struct link_stamps *before);
+void link_restore_stamps(const struct link_stamps *before);
 
 /* The names of CAN interfaces, with commas, or "none". */
 void link_list(char *out, size_t size);

@@ -77,8 +77,10 @@ static void include(struct source *s, int index) {
   update_filter(s);
 }
 
-static void ask_hardware_stamps(struct source *s) {
-  if (s->hardware_stamps) link_ask_hardware_stamps(s->spec.name, &s->stamps_before);
+/* of this interface; the one before gets back what it had */
+static void ask_hardware_stamps(struct source *s, int index) {
+  link_restore_stamps(&s->stamps_before);
+  if (s->hardware_stamps) link_ask_hardware_stamps(index, &s->stamps_before);
 }
 
 /* The interface of the name is another one now. The one before has gone, and what it left in the queue is ours; or it has
@@ -92,7 +94,7 @@ static void adopt(struct source *s, const struct link_state *now) {
   tally_begin(&s->tally, now->index, now->driver, now->counter);
   s->tally.begin_unknown = now->up && now->counter[LINK_RX_PACKETS] != 0;
   s->tally.lost_before = s->count.lost;
-  ask_hardware_stamps(s);
+  ask_hardware_stamps(s, now->index);
 }
 
 static void settle(struct source *s, struct vanished *v) {
@@ -218,7 +220,7 @@ static int open_can(struct source *s, struct app_error *error) {
   s->batch = can_batch_new();
   if (!s->batch) return app_fail(error, APP_FAILED, "out of memory");
   s->hardware_stamps = !s->settings->software_stamps && link_has_hardware_stamps(s->spec.name);
-  ask_hardware_stamps(s);
+  ask_hardware_stamps(s, s->link.index);
   int reason = can_port_open(&s->port, s->spec.name);
   s->fd = s->port.fd;
   if (reason) return refuse_kernel(s, reason, error);
@@ -380,7 +382,7 @@ static void close_inherited(struct source *s) {
 }
 
 static void close_can(struct source *s) {
-  link_restore_stamps(s->spec.name, &s->stamps_before);
+  link_restore_stamps(&s->stamps_before);
   if (s->events >= 0) close(s->events);
   close_inherited(s);
 }
