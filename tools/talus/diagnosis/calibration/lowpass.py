@@ -99,8 +99,9 @@ def kept_hz(processed, hz):
     return hz
 
 
-def chosen(at, hz, seed):
-    """(Lowpass, its dataset): from `hz` down to where the inertia is left alone, or least wrong; `at(hz)` is a dataset."""
+def chosen(at, hz, kept, seed):
+    """(Lowpass, its dataset): from `hz` down to where the inertia is left alone and the windows keep the band (`kept`), or where the
+    inertia is least wrong; `at(hz)` is a dataset."""
     found = []
     while True:
         dataset = at(hz)
@@ -108,11 +109,11 @@ def chosen(at, hz, seed):
         found.append((Lowpass(hz, "data", bias), dataset))
         if bias is None:
             return found[0]
-        if abs(bias) < LEAVES_ALONE:
+        if abs(bias) < LEAVES_ALONE and hz <= kept:
             return found[-1]
         if hz / STEP < SLOWEST_HZ:
             return min(found, key=lambda one: abs(one[0].bias))
-        hz /= STEP
+        hz = min(hz / STEP, kept) if hz > kept else hz / STEP
 
 
 class Looks:
@@ -133,7 +134,7 @@ class Looks:
             return Lowpass(wanted_hz, "option"), self.at(wanted_hz)
         if "score" in self.tree:
             return Lowpass(own_hz, "model"), self.at(own_hz)
-        return chosen(self.at, kept_hz(self.processed, own_hz), seed)
+        return chosen(self.at, own_hz, kept_hz(self.processed, own_hz), seed)
 
     def half_of(self, through):
         """What makes the dataset at half a Lowpass; None where that would be slower than any."""
