@@ -2,7 +2,8 @@
  *
  *     can_source rate SECONDS PER_MS INTERFACE...   PER_MS frames each millisecond, at absolute deadlines
  *     can_source plugged SECONDS PER_MS INTERFACE   the same, by whatever has the name just then; what is refused because
- *                                                   nothing has it is not sent, and its number comes next
+ *                                                   nothing has it is not sent, and its number comes next;
+ *                                                   SIGINT ends it sooner
  *     can_source fast FRAMES INTERFACE...           as fast as the kernel takes them
  *
  * Frame k of an interface has identifier 0x100 + k % 9 and, in its first 4 bytes, k (little endian). What the
@@ -15,6 +16,7 @@
 #include <linux/can.h>
 #include <linux/can/raw.h>
 #include <net/if.h>
+#include <signal.h>
 #include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -106,10 +108,17 @@ static void sleep_until(int64_t ns) {
   while (clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &t, NULL) == EINTR) continue;
 }
 
+static volatile sig_atomic_t interrupted;
+
+static void note_interrupt(int signal) {
+  (void)signal;
+  interrupted = 1;
+}
+
 /* a late millisecond is made up for, so that the number of frames is what was asked for */
 static int run_rate(double seconds, int per_ms, int senders) {
   const int64_t start = now_ns();
-  for (int64_t ms = 0; ms < (int64_t)(seconds * 1e3); ms++) {
+  for (int64_t ms = 0; ms < (int64_t)(seconds * 1e3) && !interrupted; ms++) {
     sleep_until(start + ms * NS_PER_MS);
     for (int i = 0; i < senders; i++) {
       if (sender[i].plugged) sender[i].to.can_ifindex = (int)if_nametoindex(sender[i].name);
@@ -137,6 +146,7 @@ int main(int argc, char **argv) {
       return perror(argv[first + i]), 1;
   const long count = strtol(argv[rate ? 3 : 2], NULL, 10);
   if (rate && (count < 1 || count > BATCH)) return 2;
+  if (plugged) signal(SIGINT, note_interrupt);
   const int result = rate ? run_rate(strtod(argv[2], NULL), (int)count, senders) : run_fast(count, senders);
   if (result != 0) perror("send");
   for (int i = 0; i < senders; i++)
