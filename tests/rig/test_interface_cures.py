@@ -1,5 +1,5 @@
-"""What was once lost without a word when interfaces were pulled and renamed, with the cure and without it in one run; what needs no interface
-is in tests/test_acquire_cures.py, which says how this is judged."""
+"""What was once lost without a word when interfaces were pulled and renamed, or stood in the wrong order, with the cure and without it in one run;
+what needs no interface is in tests/test_acquire_cures.py, which says how this is judged."""
 
 import random
 import signal
@@ -9,10 +9,11 @@ import time
 from pathlib import Path
 
 import pytest
-from recording import SOURCE, Recording, ip
+from recording import SOURCE, Recording, ip, send
 from support import REPOSITORY
+from test_acquire_can import check_whole, falling_stamps
 from test_acquire_plugging import PER_MS, numbers_of, plug_in, send_some
-from uncured import BOUND, LAST_WORD_NOT_HEARD, OTHER_NOT_FOLLOWED, STAMPS_KEPT, uncured
+from uncured import BOUND, LAST_WORD_NOT_HEARD, NOT_MERGED, OTHER_NOT_FOLLOWED, STAMPS_KEPT, uncured
 
 pytestmark = [pytest.mark.rig, pytest.mark.release]
 
@@ -139,3 +140,18 @@ def test_deleted_under_load(vcan, tmp_path, capsys, seed):
         assert silent.end()["lost"] < sent - logged and cured.process.returncode == 1
     else:
         assert "nothing lost" in said and cured.process.returncode == 0
+
+
+def test_two_under_load_stand_in_the_order_of_their_stamps(vcan, tmp_path, capsys, program_of):
+    """Two full buses: no line stands behind a later one of the other interface."""
+    path, cured = program_of(NOT_MERGED)
+    names = vcan(2)
+    with Recording(tmp_path / "o", *names, path=path) as recording:
+        sent = send("rate", 10, PER_MS, *names)
+        time.sleep(0.2)
+        recording.stop()
+    check_whole(recording.log, sent)
+    falling, told = falling_stamps(recording.log), recording.end()["out_of_order"]
+    with capsys.disabled():
+        print(f"\n  {sum(sent.values())} lines of two interfaces: {falling} behind a later one, {told} told")
+    assert falling == told == 0 if cured else 0 < falling <= told
