@@ -30,6 +30,7 @@ from ._arrays import pointer
 from ._library import BUILD, InputError, TalusError, check, constants, ffi, lib
 from .identification import Fit, Regression, identify, predict
 from .model import Model, plants, score_settings
+from .own_effect import Effect, Segment
 from .page import Page
 from .programs import Diagnosis, diagnose, read, simulate
 from .recording import Recording, channel_set, channels
@@ -38,6 +39,7 @@ from .scoring import Panel, Prediction, compare, measured, panels, score
 __all__ = [
     "BUILD",
     "Diagnosis",
+    "Effect",
     "Fit",
     "InputError",
     "Model",
@@ -46,6 +48,7 @@ __all__ = [
     "Prediction",
     "Recording",
     "Regression",
+    "Segment",
     "TalusError",
     "channel_set",
     "channels",

@@ -22,6 +22,7 @@ from . import _drawing, outputs
 from ._arrays import Array
 from ._library import BUILD, InputError
 from .model import Model
+from .own_effect import Effect
 from .recording import Recording
 from .scoring import Panel
 
@@ -70,16 +71,18 @@ class Diagnosis:
     talus-gap says, `trajectory` the next experiment's CSV or None. `panels` hold the arrays behind `gap`, one Panel a recording
     and joint: measured, and predicted by the model as given (`nominal`), identified, and with the effects that were found
     (`extended`, the same as identified where there are none), every block by a fit that has not seen it; none while a grave
-    finding withholds the diagnosis. Diagnoses compare and pickle. An example stands with `diagnose`."""
+    finding withholds the diagnosis. `notes` say what `model_text` does not hold. Diagnoses compare and pickle. An example stands
+    with `diagnose`."""
 
     report: dict[str, Any]
     model_text: str
     words: str
     trajectory: str | None = None
     panels: list[Panel] = field(default_factory=list)
+    notes: list[str] = field(default_factory=list)
 
     def __str__(self) -> str:
-        return self.words
+        return "\n".join([*(f"note: {note}" for note in self.notes), self.words])
 
     def __repr__(self) -> str:
         verdict = self.report["verdict"]
@@ -138,9 +141,11 @@ class Diagnosis:
         return figure
 
 
-def diagnose(model: Model | str | Path, recordings: Recording | str | Path | Iterable[Recording | str | Path], *, seed: int = 1) -> Diagnosis:
+def diagnose(model: Model | str | Path, recordings: Recording | str | Path | Iterable[Recording | str | Path], *, seed: int = 1,
+             effects: Iterable[Effect] = ()) -> Diagnosis:
     """Where the gap between a model and its recordings lies, which effect causes it and how far it shrinks: talus-gap's own
-    code and figures. Models and recordings are objects or names of files; InputError as talus-gap refuses them.
+    code and figures. Models and recordings are objects or names of files; InputError as talus-gap refuses them. `effects` of one's
+    own are tried beside the catalogue's (see Effect).
 
     >>> model = talus.read("models/pendulum.yaml")
     >>> truth = talus.Model.from_text(model.text() + "effects: [{effect: stribeck, joint: joint, "
@@ -158,13 +163,13 @@ def diagnose(model: Model | str | Path, recordings: Recording | str | Path | Ite
         try:
             options = command.Options(arguments)
             options.check()
-            found, tree, identified = command.diagnose(options, lambda _: None)
-            text, _notes = fitted.model_text(tree, identified, found)
+            found, tree, identified = command.diagnose(options, lambda _: None, effects)
+            text, notes = fitted.model_text(tree, identified, found)
         except command.Refused as refused:
             raise (InputError if refused.status == 2 else OSError)(refused.text.replace(f"{folder}/", "")) from None
         plain = json.loads(report.to_text(found.report).replace(f"{folder}/", ""))
         panels = [panel for record in range(_records(found)) for panel in _panels(found, record, f"{folder}/")]
-        return Diagnosis(plain, text, "\n".join(command.summary(plain)), found.trajectory, panels)
+        return Diagnosis(plain, text, "\n".join(command.summary(plain)), found.trajectory, panels, notes)
 
 
 def _file(folder: str, name: str, given: Model | Recording | str | Path) -> str:

@@ -16,6 +16,8 @@ from talus.refused import Refused
 
 from . import excerpt, experiment, fitted, gate, picture, report, words
 from .calibration import lowpass
+from .catalogue.own import entries
+from .effects import EFFECTS
 from .search import search
 from .verdict import judge
 
@@ -159,8 +161,9 @@ def summary(found):
 # ---- the program -------------------------------------------------------------------
 
 
-def diagnose(options, step):
-    """(diagnosis, model file's mapping, model)."""
+def diagnose(options, step, own=()):
+    """(diagnosis, model file's mapping, model); `own`: talus.Effects that are tried beside the catalogue's."""
+    effects = {**EFFECTS, **entries(own)}
     step("recordings")
     given, names, recordings, findings = read(options)
     findings = [*gate.findings(given, names, recordings), *findings]
@@ -178,7 +181,7 @@ def diagnose(options, step):
         return report.withheld(identification, [reason, *findings]), tree, model
     step("low-pass")
     seed = int(options.seed)
-    looks = lowpass.Looks(given, recordings, names, tree, processed)
+    looks = lowpass.Looks(given, recordings, names, tree, processed, effects)
     through, dataset = looks.first(options.lowpass_hz, seed)
     if through.nothing_left:
         return report.withheld(identification, [lowpass.too_coarse(model), *findings]), tree, model

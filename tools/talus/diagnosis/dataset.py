@@ -11,6 +11,7 @@ import numpy as np
 import talus
 
 from . import noise
+from .effects import EFFECTS
 
 SCORED, NEAR_STOP = 1, 2
 FOLDS = 5
@@ -46,9 +47,10 @@ def session(processed_recordings):
 
 
 class Dataset:
-    """All recordings of one diagnosis under one model."""
+    """All recordings of one diagnosis under one model; `effects` are those that are tried, by id."""
 
-    def __init__(self, model, processed_recordings, tree):
+    def __init__(self, model, processed_recordings, tree, effects=EFFECTS):
+        self.effects = effects
         self.model, self.processed_recordings, self.tree = model, processed_recordings, tree
         self.at_motor = bool(model.facts.sensors.at_motor)  # the joints follow through their transmissions
         self.models = {}  # the model at other base parameters, by these

@@ -2,7 +2,7 @@
 
 import yaml
 
-from .kinds import kind_of
+from .kinds import is_known, kind_of
 from .refit import best_shapes, settled_fit
 
 BOUND_CHI2, BOUND_SHARE = 50.0, 0.02  # that bounds may cost without a note: chi-square, and share of what effects gain
@@ -29,6 +29,9 @@ def saved_effects(chosen, every):
     """(entries of the model file, notes on what was left out)."""
     entries, notes = [], []
     for candidate, strengths in (piece for c, own in zip(chosen, every) for piece in c.pieces(own)):
+        if not is_known(candidate.effect):
+            notes.append(f"{candidate.effect} of the {candidate.joint} is a Python function, which no model file holds, and is left out")
+            continue
         known, values = kind_of(candidate.effect).parameters, candidate.entry(strengths)
         if set(values) - {p.name for p in known}:  # tests hold the catalogue against this
             notes.append(f"{candidate.effect} of the {candidate.joint} ({candidate.shape}) has no counterpart in model "

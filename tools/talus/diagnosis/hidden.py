@@ -6,7 +6,7 @@ import numpy as np
 
 from .effects import EFFECTS, places
 from .gram import RIDGE
-from .kinds import kind_of
+from .kinds import is_known, kind_of
 from .words import linear
 
 LARGEST = 0.1  # of the measured torque (RMS): an effect that must be larger to show is called not observable
@@ -36,21 +36,22 @@ def least_shares(search):
     return out
 
 
-def applicable(model, load_sensor):
-    """Every (effect, joint) of the catalogue that the model can have, and whether it lacks a sensor at the output."""
-    for effect, _, joint in places(model):
-        yield (effect.id, joint), bool(kind_of(effect.id).struct.needs_load_sensor) and not load_sensor
+def applicable(model, load_sensor, effects=EFFECTS):
+    """Every (effect, joint) that the model can have, and whether it lacks a sensor at the output."""
+    for effect, _, joint in places(model, effects):
+        needs = is_known(effect.id) and bool(kind_of(effect.id).struct.needs_load_sensor)
+        yield (effect.id, joint), needs and not load_sensor
 
 
 def not_observable(search):
     """`not_observable` of the report."""
-    shares, out = least_shares(search), []
-    for key, lacks_sensor in applicable(search.dataset.model, search.dataset.load_sensor):
-        effect = EFFECTS[key[0]]
-        took = offset(search.dataset) if effect.in_offset else ""
+    dataset, shares, out = search.dataset, least_shares(search), []
+    for key, lacks_sensor in applicable(dataset.model, dataset.load_sensor, dataset.effects):
+        effect = dataset.effects[key[0]]
+        took = offset(dataset) if effect.in_offset else ""
         why = reason(shares.get(key), lacks_sensor, took)
         if why and not (lacks_sensor and effect.of_load_sensor):  # there is none that could be wrong
-            out.append({"effect": key[0], "joint": key[1], "why": linear(why) if search.dataset.model.torque_unit == "N" else why})
+            out.append({"effect": key[0], "joint": key[1], "why": linear(why) if dataset.model.torque_unit == "N" else why})
     return out
 
 

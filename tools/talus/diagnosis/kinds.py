@@ -56,6 +56,11 @@ def ids():
     return [ffi.string(table[k].name).decode() for k in range(count[0])]
 
 
+def is_known(effect):
+    """Has the library an effect of that name? It has none of one's own."""
+    return lib.tl_effect_find(effect.encode()) != ffi.NULL
+
+
 def applies(effect, model, joint):
     """Can the effect stand at this joint of the model (by number; TL_MAX_JOINTS: the base)?"""
     return bool(lib.tl_effect_applies(kind_of(effect).struct, model.struct, joint))

@@ -10,7 +10,7 @@ import numpy as np
 from talus import TalusError, check, ffi, lib, pointer
 
 from .catalogue.law import BASE
-from .kinds import kind_of
+from .kinds import is_known, kind_of
 
 WINDOW_S = 0.25
 LONGEST_STEP_S = 0.005
@@ -98,8 +98,8 @@ def acting(search, record, model, chosen, strengths):
     for candidate in chosen:
         own, rest = rest[:len(candidate.columns)], rest[len(candidate.columns):]
         for part, mine in candidate.pieces(own):
-            effect = effect_of(terms.dataset, part, mine)
-            if acts_in_time(effect, model):
+            effect = effect_of(terms.dataset, part, mine) if is_known(part.effect) else None
+            if effect is not None and acts_in_time(effect, model):
                 effects.append(effect)
                 continue
             for column, strength in zip(part.columns, mine):

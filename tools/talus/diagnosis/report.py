@@ -5,6 +5,7 @@ import math
 
 from . import experiment, figures, motion
 from .hidden import not_observable
+from .kinds import is_known
 from .nearest import nearest
 from .where import where
 from .words import linear
@@ -52,6 +53,8 @@ def diagnosis(search, verdict, seed, findings, through):
         "next_experiment": {"why": why, "trajectory": None, "needs": proposal.needs, "parts": proposal.parts},
         "findings": entries(findings),
     }
+    if own := [effect for effect in dataset.effects.values() if not is_known(effect.id)]:
+        report["own_effects"] = {effect.id: {"title": effect.words} for effect in own}
     listed = figures.effects(search, fit, before)
     keys = [c.key for c in fit.chosen]
     for item in listed:

@@ -9,7 +9,7 @@ from . import irregular
 from .calibration.gains import Replicator
 from .catalogue import sparse
 from .catalogue.candidate import joined
-from .effects import EFFECTS, candidates, torque_constant_error
+from .effects import candidates, torque_constant_error
 from .figures import Residuals
 from .gram import Gram
 from .torque_terms import Extent, TorqueTerms
@@ -168,7 +168,7 @@ class Search:
         """Effects of several orders or modes get a second one, where it closes much of what the first leaves."""
         *others, last = fit.chosen
         within = fit.excess < self.tolerated
-        if not EFFECTS[last.effect].several or (within and self.dataset.at_motor):
+        if not self.dataset.effects[last.effect].several or (within and self.dataset.at_motor):
             return fit
         shapes = [c for c in self.gram.candidates if c.key == last.key and not set(c.columns) & set(last.columns)]
         shapes = [c for c in shapes if len(c.columns) <= len(last.columns)]
@@ -228,7 +228,7 @@ class Search:
         """A spring that swings a little too fast closes a part of what the right one would."""
         if fit.excess < REFINED_WITHIN * max(best, self.tolerated):
             return True
-        if not EFFECTS[fit.chosen[place].effect].integrated:
+        if not self.dataset.effects[fit.chosen[place].effect].integrated:
             return False
         without = self.fit([*fit.chosen[:place], *fit.chosen[place + 1:]]).excess
         return without - fit.excess > PROMISING * (without - best)
@@ -370,7 +370,7 @@ def search(dataset, base, step=lambda text: None, seed=1, replicated=True):
     if dataset.at_motor:  # a body that closes little in a first look can be no more than a second effect, whose shape is refined
         gained = {fit.chosen[-1].key: first.plain.excess - fit.excess for fit in singles}
         much = {key for key in gained if gained[key] > PROMISING * max(gained.values())}
-        whole = {c.key for c in first.gram.candidates if not EFFECTS[c.effect].integrated} | much
+        whole = {c.key for c in first.gram.candidates if not dataset.effects[c.effect].integrated} | much
         wanted = functools.partial(sparse, whole=whole)
     del first, singles, best
     gc.collect()  # candidates hold their torque terms in circles

@@ -5,7 +5,6 @@ import math
 import numpy as np
 
 from .calibration import further
-from .effects import EFFECTS
 from .search import COLUMN_PRICE, STEPS_WITHIN_TOLERANCE
 from .calibration.stability import survives
 
@@ -112,7 +111,7 @@ def most_open(search, fit):
     """Share of the systematic excess that may be left: there, the cause counts as unknown with probability one half."""
     if search.dataset.joints == 1:
         return UNKNOWN_SHARE_OF_ONE_JOINT
-    alone = len(fit.chosen) == 1 and EFFECTS[fit.chosen[0].effect].one_form
+    alone = len(fit.chosen) == 1 and search.dataset.effects[fit.chosen[0].effect].one_form
     return UNKNOWN_SHARE_OF_ONE_LAW if alone else UNKNOWN_SHARE
 
 

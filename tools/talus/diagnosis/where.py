@@ -6,8 +6,6 @@ Friction's residual changes its sign with direction, so every map but that of ve
 
 import numpy as np
 
-from .effects import EFFECTS
-
 BINS = 24
 ORDERS = (*range(1, 33), 36, 40, 42, 48, 54, 60, 72, 84)
 ORDER_SPEEDS = 12
@@ -218,11 +216,12 @@ def where(search, residuals, cause=None):
     most what that one leaves. First is the largest; or, if it holds half as much, one that suits the named `cause`, an
     (effect, joint)."""
     dataset, found, maps = search.dataset, [], {}
+    suits = dataset.effects[cause[0]].coordinates if cause else ()
     total = encoders = max(float(encoder_excess(search, residuals).sum()), 0.0)
     for joint, name in enumerate(dataset.model.joints):
         own, maps[name], entries = joint_maps(search, residuals, joint)
         total += max(own, 0.0)
-        found += shared(own, name, entries, cause) if own > 0 else []
+        found += shared(own, name, entries, cause, suits) if own > 0 else []
     if encoders > 0:
         q = search.all_terms[0].q[1]
         freedom = sum(dataset.bandwidth[c.record] * len(c.rows) for c in dataset.channels if c.kind == "E")
@@ -233,13 +232,13 @@ def where(search, residuals, cause=None):
     return [written(*f, total) for f in found], maps
 
 
-def shared(own, joint, entries, cause):
-    """[(energy, energy of the joint, joint, entry)] of one joint, the leading one first."""
+def shared(own, joint, entries, cause, suits):
+    """[(energy, energy of the joint, joint, entry)] of one joint, the leading one first; `suits` are the cause's coordinates."""
     energy = {e: min(e.energy, own) for e in entries}
     ranked = sorted(entries, key=lambda e: -energy[e] * GENERIC.get(e.coordinate, 1.0))
     if cause and cause[1] in (joint, "base"):
         enough = LEADS_FROM * energy[ranked[0]]
-        suited = [e for e in ranked if e.coordinate in EFFECTS[cause[0]].coordinates and energy[e] >= enough]
+        suited = [e for e in ranked if e.coordinate in suits and energy[e] >= enough]
         ranked.sort(key=lambda e: e not in suited[:1])
     lead = energy[ranked[0]]
     return [(lead if e is ranked[0] else min(energy[e], lead, own - lead), own, joint, e) for e in ranked]

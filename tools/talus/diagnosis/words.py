@@ -70,12 +70,20 @@ def unit(parameter, straight=False):
     return linear(found) if straight else found
 
 
-def cause(effect, joint, straight=False):
-    """An effect in plain words, with its name and place."""
-    if effect not in EFFECTS:
+def titles(report):
+    """What a report calls effects of one's own, by id."""
+    return {effect: own["title"] for effect, own in report.get("own_effects", {}).items()}
+
+
+def cause(effect, joint, straight=False, own=()):
+    """An effect in plain words, with its name and place; `own`: titles() of the report."""
+    if effect in EFFECTS:
+        plain = linear(EFFECTS[effect].words) if straight else EFFECTS[effect].words
+    elif effect in own:
+        plain = own[effect]
+    else:
         return at(effect, joint)
-    plain = EFFECTS[effect].words
-    return f"{linear(plain) if straight else plain} ({name(effect)}) at the {joint}"
+    return f"{plain} ({name(effect)}) at the {joint}"
 
 
 def is_poor(report):
@@ -122,8 +130,8 @@ def sentence(report):
         if not report["effects"]:
             return head
         first = report["effects"][0]
-        return f"{head} What comes nearest is {cause(first['effect'], first['joint'], is_linear(report))}: {closing(report)}."
-    named = cause(verdict["effect"], verdict["joint"], is_linear(report))
+        return f"{head} What comes nearest is {cause(first['effect'], first['joint'], is_linear(report), titles(report))}: {closing(report)}."
+    named = cause(verdict["effect"], verdict["joint"], is_linear(report), titles(report))
     if verdict["probability"] < LIKELY:
         return f"The cause of the gap is not certain. Likeliest is {named} ({sure}): {closing(report)}."
     how = "comes" if verdict["probability"] >= CERTAIN else "most likely comes"

@@ -64,9 +64,9 @@ def processed_at(model, recordings, names, hz):
     return out
 
 
-def dataset_of(model, processed, tree):
+def dataset_of(model, processed, tree, effects):
     """The rows of those recordings that can be used."""
-    return Dataset(model, [one for one in processed if one.parts], tree)
+    return Dataset(model, [one for one in processed if one.parts], tree, effects)
 
 
 def inertia_bias(dataset, seed):
@@ -117,15 +117,17 @@ def chosen(at, hz, kept, seed):
 
 
 class Looks:
-    """The recordings of a diagnosis through any low-pass; `processed` are those at the model's own."""
+    """The recordings of a diagnosis through any low-pass; `processed` are those at the model's own, `effects` those that are tried."""
 
-    def __init__(self, model, recordings, names, tree, processed):
+    def __init__(self, model, recordings, names, tree, processed, effects):
         self.model, self.recordings, self.names, self.tree, self.processed = model, recordings, names, tree, processed
+        self.effects = effects
 
     def at(self, hz):
         """The dataset."""
         own = hz == self.model.score.lowpass_hz
-        return dataset_of(self.model, self.processed if own else processed_at(self.model, self.recordings, self.names, hz), self.tree)
+        processed = self.processed if own else processed_at(self.model, self.recordings, self.names, hz)
+        return dataset_of(self.model, processed, self.tree, self.effects)
 
     def first(self, wanted_hz, seed):
         """(Lowpass, dataset) of a diagnosis: the option's, the model file's, or what the data leave."""

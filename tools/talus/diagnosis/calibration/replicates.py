@@ -15,6 +15,7 @@ from talus import TalusError, check, ffi, lib, pointer
 
 from .. import noise
 from ..dataset import Dataset
+from ..kinds import is_known
 from ..motion import acts_in_time, effect_of, plant_of
 from ..processed_recording import ProcessedRecording
 from ..torque_terms import TorqueTerms
@@ -176,7 +177,7 @@ class Source:
     def of(cls, dataset, base, chosen=(), every=()):
         """At these base parameters, with effects of these strengths; None where that cannot be simulated: it is not
         `replicable`, the model runs away, or an effect does not act in forward time."""
-        if not replicable(dataset):
+        if not replicable(dataset) or not all(is_known(c.effect) for c in chosen):
             return None
         effects = [effect_of(dataset, part, own) for c, all_own in zip(chosen, every) for part, own in c.pieces(all_own)]
         motions = []
@@ -213,7 +214,7 @@ class Anew(Dataset):
 
     def __init__(self, source, processed_recordings):
         self._source = source
-        super().__init__(source.model, processed_recordings, source.tree)
+        super().__init__(source.model, processed_recordings, source.tree, source.effects)
         self.irregular = dict.fromkeys(self.kinds, 0.0)
 
     def find_sigma(self, residual=None):

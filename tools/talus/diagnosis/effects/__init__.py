@@ -5,11 +5,12 @@ A file defines EFFECT, an object of the class Effect of entry.py. docs/effects.m
 
 import importlib
 import pkgutil
+from functools import partial
 
 from talus import constants
 
 from ..catalogue.place import Place
-from ..kinds import applies, ids
+from ..kinds import applies, ids, is_known
 from .entry import Effect
 
 BASE = (constants.TL_MAX_JOINTS, "base")
@@ -32,21 +33,23 @@ def known(ids):
     return [EFFECTS[name] for name in ids if name in EFFECTS]
 
 
-def places(model):
-    """(effect, number of the joint, its name) of every effect that a model can have, at each joint and at the base."""
-    for effect in EFFECTS.values():
-        yield from ((effect, *place) for place in [*enumerate(model.joints), BASE] if applies(effect.id, model, place[0]))
+def places(model, effects=EFFECTS):
+    """(effect, number of the joint, its name) of every effect that a model can have, at each joint and at the base; one's own act
+    at every joint."""
+    for effect in effects.values():
+        stands = partial(applies, effect.id, model) if is_known(effect.id) else BASE[0].__ne__
+        yield from ((effect, *place) for place in [*enumerate(model.joints), BASE] if stands(place[0]))
 
 
 def candidates(dataset, all_terms, extent):
     """All candidates of a diagnosis."""
     at = {place: Place(*place, dataset, extent, all_terms) for place in [*enumerate(dataset.model.joints), BASE]}
-    return [one for effect, *place in places(dataset.model) for one in effect.candidates(at[tuple(place)])]
+    return [one for effect, *place in places(dataset.model, dataset.effects) for one in effect.candidates(at[tuple(place)])]
 
 
 def torque_constant_error(chosen, every):
     """What the drive gives beyond current times constant, by the strengths of the chosen effects."""
-    return sum(float(own[0]) for c, own in zip(chosen, every) if EFFECTS[c.effect].scales_drive)
+    return sum(float(own[0]) for c, own in zip(chosen, every) if c.effect in EFFECTS and EFFECTS[c.effect].scales_drive)
 
 
 __all__ = ["EFFECTS", "Effect", "candidates", "known", "places", "torque_constant_error"]

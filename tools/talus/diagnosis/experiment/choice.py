@@ -6,7 +6,6 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from .. import verdict as judging
-from ..effects import EFFECTS
 from ..words import name as effect_name
 from . import camera
 from .gain import Contest, Explanation
@@ -155,9 +154,9 @@ def why(search, verdict, contest, option, limits):
 
 def beside_trajectory(search, contest, option, short, limits):
     """Words on the gain of what needs more than a trajectory."""
-    if at_rest(contest):
+    if at_rest(search, contest):
         yield f"Predicted gain of the rest: {figure(rest_gain(search, contest))}."
-    elif any(EFFECTS[candidate.effect].needs == "known mass" for candidate in contest.candidates):
+    elif "known mass" in needed(search, contest.candidates):
         loaded = Option(option.name, option.q, Planned(search, option.q, loaded=True), limits, contest)
         mass = f"{PAYLOAD_KG:g} kg at the foot's centre" if search.dataset.at_motor else "half the load more"
         for k in short:
@@ -165,9 +164,14 @@ def beside_trajectory(search, contest, option, short, limits):
                    f"{option.length_s:.0f} s, at {100 * loaded.torque.max():.0f} % of the recorded torque.")  # fmt: skip
 
 
-def at_rest(contest):
+def needed(search, candidates):
+    """What some effects need beside a trajectory."""
+    return {search.dataset.effects[candidate.effect].needs for candidate in candidates}
+
+
+def at_rest(search, contest):
     """Is what needs more than a trajectory a rest?"""
-    return any(EFFECTS[candidate.effect].needs == "rest" for candidate in contest.candidates)
+    return "rest" in needed(search, contest.candidates)
 
 
 def rest_gain(search, contest):
@@ -175,7 +179,7 @@ def rest_gain(search, contest):
     best = 0.0
     for one in (contest.named, *contest.others):
         first = one.sets[0][:1]
-        if first and EFFECTS[first[0].effect].needs == "rest":
+        if "rest" in needed(search, first):
             fit, dataset = search.fit(one.sets[0]), search.dataset
             sigma = dataset.sigma[f"T{dataset.model.joints.index(first[0].joint)}"]
             best = REST_S / dataset.processed_recordings[0].step_s * (fit.strengths[0][0] / sigma) ** 2

@@ -176,7 +176,7 @@ def _effect(out, number, effect, report):
     rows = [[name, _value(value, effect["interval"].get(name)), words.unit(name, straight)] for name, value in effect["parameters"].items()]
     rows += [["probability", words.share(effect["probability"]), ""], ["error before", scale.number(effect["gap_before"]), scale.unit],
              ["error after", scale.number(effect["gap_after"]), scale.unit]]  # fmt: skip
-    out.table(f"{number}. {words.cause(effect['effect'], effect['joint'], straight)}", ["parameter", "value", "unit"], rows)
+    out.table(f"{number}. {words.cause(effect['effect'], effect['joint'], straight, words.titles(report))}", ["parameter", "value", "unit"], rows)
 
 
 def _value(value, interval):

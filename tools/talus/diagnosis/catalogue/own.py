@@ -1,0 +1,75 @@
+"""Effects of one's own (talus.Effect) as entries of the catalogue: their columns are a Python function's, not the library's."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+import talus
+
+from ..effects.entry import Effect
+from .candidate import Candidate, named
+
+
+@dataclass(frozen=True)
+class OwnColumn:
+    """One parameter's column: `shape` is its place among the effect's."""
+
+    effect: talus.Effect
+    joint: int
+    parameter: int
+    shape: int
+    sign: float
+
+    def __call__(self, terms):
+        """{channel: column on the grid} of one recording."""
+        key = self.effect, self.joint, self.shape
+        every = terms.once(key, lambda: terms.operated(_samples(terms, *key), self.joint))
+        return {f"T{self.joint}": self.sign * every[self.parameter]}
+
+
+def entries(effects):
+    """{id: entry} of talus.Effects; InputError where two have one id."""
+    out = {}
+    for effect in effects:
+        if not isinstance(effect, talus.Effect):
+            raise talus.InputError(f"effects: expected talus.Effect, found {type(effect).__name__}")
+        if effect.id in out:
+            raise talus.InputError(f"effect {effect.id!r}: there are two of that id")
+        out[effect.id] = Effect(id=effect.id, words=effect.title, candidates=_candidates_of(effect))
+    return out
+
+
+def _candidates_of(effect):
+    """What an entry asks for: the effect at a joint, in every shape."""
+
+    def candidates(at):
+        for number, shape in enumerate(effect.shapes):
+            values = {name: float(value) for name, value in shape.items()}
+            form = ", ".join(f"{name} {value:g}" for name, value in values.items()) or "its one form"
+            columns = tuple(OwnColumn(effect, at.number, k, number, at.sign) for k in range(len(effect.parameters)))
+            yield Candidate(effect.id, at.name, form, columns, named(*effect.parameters, **values))
+
+    return candidates
+
+
+def _samples(terms, effect, joint, shape):
+    """Torque at the joint per unit of each parameter, at the samples (parameters, n); 0 outside the segments."""
+    out = np.zeros((len(effect.parameters), len(terms.t_s)))
+    for number, part in enumerate(terms.processed.parts):
+        segment = terms.once(("seen", number), lambda rows=slice(part["begin"], part["end"]): _seen(terms, rows))
+        out[:, part["begin"]:part["end"]] = effect.columns(segment, joint, effect.shapes[shape]).T
+    return out
+
+
+def _seen(terms, rows):
+    """A part of the recording as the function sees it."""
+    instants = [terms.instants(j)[rows] for j in range(terms.dataset.joints)]
+    has_temperature = any(name.endswith("_temp_C") for name in terms.columns)
+    every = lambda name: np.array([now[name] for now in instants])
+    unknown = np.full(terms.q[:, rows].shape, np.nan)
+    seen = {"t_s": instants[0]["t_s"].copy(), "q": unknown if terms.dataset.velocity_only else terms.q[:, rows].copy(),
+            "v": terms.v[:, rows].copy(), "a": terms.a[:, rows].copy(), "temp_C": every("temp_C") if has_temperature else unknown,
+            **{name: every(name) for name in ("slip", "load_Nm", "friction_Nm", "motor_rad")}}  # fmt: skip
+    for values in seen.values():
+        values.flags.writeable = False
+    return talus.Segment(tuple(terms.dataset.model.joints), **seen)
