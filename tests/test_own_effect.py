@@ -1,5 +1,7 @@
 """talus.Effect: effects of one's own in a diagnosis, against closed forms that are added to recordings and against the catalogue's."""
 
+import os
+
 import numpy as np
 import pytest
 import talus
@@ -159,6 +161,11 @@ def test_what_a_function_returns_is_checked(torque, said):
     assert str(refused.value) == f"effect 'detent': its function {said}"
 
 
+def failing_elsewhere(segment, joint, here=os.getpid()):
+    """In replicates alone, which are searched in processes of their own."""
+    return segment.v[joint] ** 2 if os.getpid() == here else 1 / 0
+
+
 def overwriting(segment, joint):
     segment.q[joint] += 1.0
     return segment.q[joint]
@@ -168,6 +175,7 @@ def overwriting(segment, joint):
     ([talus.Effect(**ONE), talus.Effect(**ONE | {"title": "another"})], "effect 'detent': there are two of that id"),
     ([np.sin], "effects: expected talus.Effect, found ufunc"),
     ([talus.Effect(**ONE | {"torque": returning(np.zeros(3))})], r"effect 'detent': its function returned an array of shape \(3,\), expected"),
+    ([talus.Effect(**ONE | {"torque": failing_elsewhere})], "effect 'detent': its function raised ZeroDivisionError: division by zero"),
     ([talus.Effect(**ONE | {"torque": overwriting})], "effect 'detent': its function raised ValueError: output array is read-only"),
 ])  # fmt: skip
 def test_a_diagnosis_refuses_them(effects, said, plain_bench):
@@ -184,6 +192,6 @@ def test_an_angle_that_was_not_recorded_is_not_known():
     """Of a recording of speeds alone."""
     columns = dict(bench().columns)
     columns["joint_velocity_rad_s"] = np.gradient(columns.pop("joint_rad"), columns["time_s"])
-    with pytest.raises(talus.InputError, match="expected finite numbers; not recorded of the joint: q, temp_C"):
+    with pytest.raises(talus.InputError, match="expected finite numbers; not recorded of the joint: q, motor_rad, temp_C"):
         talus.diagnose(talus.Model.from_text(PENDULUM.read_text().replace("kg_m: 0.15", "kg_m: 0.0")), talus.Recording(columns),
                        effects=[talus.Effect(**ONE)])  # fmt: skip

@@ -51,7 +51,7 @@ class Segment:
     friction_Nm: Array
     """The identified model's friction."""
     motor_rad: Array
-    """Angle of each motor [rad]."""
+    """Angle of each motor [rad]; NaN where only speeds were recorded."""
     temp_C: Array
     """Temperature of each drive, smoothed [C]; NaN where it was not recorded."""
 
@@ -144,7 +144,7 @@ class Effect:
         if not len(bad):
             return
         row, column = bad[0]
-        lacking = [name for name in ("q", "temp_C") if numpy.isnan(getattr(segment, name)[joint]).all()]
+        lacking = [name for name in ("q", "motor_rad", "temp_C") if numpy.isnan(getattr(segment, name)[joint]).all()]
         why = f"; not recorded of the {segment.joints[joint]}: {', '.join(lacking)}" if lacking else ""
         raise self._wrong(f"its function returned {values[row, column]} for {self.parameters[column]} at "
                           f"{segment.t_s[row]:.6g} s, expected finite numbers{why}")  # fmt: skip

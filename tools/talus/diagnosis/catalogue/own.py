@@ -9,6 +9,7 @@ import talus
 from ..effects.entry import Effect
 from .candidate import Candidate, named
 
+FROM_INSTANTS = ("q", "v", "slip", "load_Nm", "friction_Nm", "motor_rad", "temp_C")  # of tl_effect_instant
 
 @dataclass(frozen=True)
 class OwnColumn:
@@ -64,12 +65,13 @@ def _samples(terms, effect, joint, shape):
 def _seen(terms, rows):
     """A part of the recording as the function sees it."""
     instants = [terms.instants(j)[rows] for j in range(terms.dataset.joints)]
-    has_temperature = any(name.endswith("_temp_C") for name in terms.columns)
-    every = lambda name: np.array([now[name] for now in instants])
-    unknown = np.full(terms.q[:, rows].shape, np.nan)
-    seen = {"t_s": instants[0]["t_s"].copy(), "q": unknown if terms.dataset.velocity_only else terms.q[:, rows].copy(),
-            "v": terms.v[:, rows].copy(), "a": terms.a[:, rows].copy(), "temp_C": every("temp_C") if has_temperature else unknown,
-            **{name: every(name) for name in ("slip", "load_Nm", "friction_Nm", "motor_rad")}}  # fmt: skip
+    seen = {name: np.array([now[name] for now in instants]) for name in FROM_INSTANTS}
+    seen |= {"t_s": instants[0]["t_s"].copy(), "a": terms.a[:, rows].copy()}
+    if terms.dataset.velocity_only:
+        seen["q"][:] = np.nan
+        seen["motor_rad"][:] = np.nan
+    joints = terms.dataset.model.joints
+    seen["temp_C"][[f"{name}_temp_C" not in terms.columns for name in joints]] = np.nan
     for values in seen.values():
         values.flags.writeable = False
-    return talus.Segment(tuple(terms.dataset.model.joints), **seen)
+    return talus.Segment(tuple(joints), **seen)

@@ -5,7 +5,6 @@ A file defines EFFECT, an object of the class Effect of entry.py. docs/effects.m
 
 import importlib
 import pkgutil
-from functools import partial
 
 from talus import constants
 
@@ -34,11 +33,14 @@ def known(ids):
 
 
 def places(model, effects=EFFECTS):
-    """(effect, number of the joint, its name) of every effect that a model can have, at each joint and at the base; one's own act
-    at every joint."""
+    """(effect, number of the joint, its name) of every effect that a model can have, at each joint and at the base."""
     for effect in effects.values():
-        stands = partial(applies, effect.id, model) if is_known(effect.id) else BASE[0].__ne__
-        yield from ((effect, *place) for place in [*enumerate(model.joints), BASE] if stands(place[0]))
+        yield from ((effect, *place) for place in [*enumerate(model.joints), BASE] if _stands(effect, model, place))
+
+
+def _stands(effect, model, place):
+    """Can the effect stand there? One's own can at every joint."""
+    return applies(effect.id, model, place[0]) if is_known(effect.id) else place != BASE
 
 
 def candidates(dataset, all_terms, extent):
