@@ -57,6 +57,7 @@ def test_an_effect_that_the_catalogue_lacks_is_named_with_its_parameter(with_loo
     assert found.report["own_effects"] == {"cable_loom": {"title": "a cable loom that lags behind"}}
     assert "The gap comes from a cable loom that lags behind (cable loom) at the joint" in str(found)
     assert found.notes and "cable_loom" in found.notes[0] and str(found).startswith(f"note: {found.notes[0]}\n")
+    assert found.report["motion"]["joint"]["extended_rms"] < 0.2 * found.report["motion"]["joint"]["identified_rms"]
     assert "own_effects" not in without.report and "cable_loom" not in str(without.report) and not without.notes
     assert without.gap["joint"]["extended_rms"] > 1.1 * found.gap["joint"]["extended_rms"]
 
@@ -78,6 +79,19 @@ def test_a_law_of_the_catalogue_as_a_function_closes_as_much_and_is_not_told_apa
     assert closes["air_drag"] == pytest.approx(closes["nonlinear_viscous"], rel=1e-4) and closes["air_drag"] > 0.5
     (pair,) = [one for one in found.report["confusable"] if set(one["effects"]) == {"air_drag", "nonlinear_viscous"}]
     assert pair["joint"] == "joint" and abs(pair["separation"]) < 0.1
+
+
+def test_beside_a_torque_sensor_at_the_output_it_is_what_the_drive_delivers_and_the_sensor_lacks():
+    """Load = drive - friction - effect, the sensor with 2 mNm of noise."""
+    law = lambda q: 0.1 * np.sin(7 * q)
+    columns = dict(bench(law).columns)
+    q, v = columns["joint_rad"], np.gradient(columns["joint_rad"], columns["time_s"])
+    smooth = np.convolve(v, np.full(9, 1 / 9), "same")
+    lost = 0.25 * np.sign(smooth) * (np.abs(smooth) > 0.01) + 0.02 * smooth + law(q)
+    noise = 0.002 * np.random.default_rng(1).standard_normal(len(q))
+    columns["joint_load_Nm"] = NM_PER_A * columns["joint_current_A"] - lost + noise
+    found = talus.diagnose(PENDULUM, talus.Recording(columns), effects=[talus.Effect(**ONE)])
+    assert found.verdict["effect"] == "detent" and found.effects[0]["parameters"]["moment_Nm"] == pytest.approx(0.1, rel=0.05)
 
 
 @pytest.mark.parametrize("path", [PENDULUM, LEG], ids=["pendulum", "leg"])
