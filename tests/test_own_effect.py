@@ -17,9 +17,9 @@ LAG_RAD, LOOM_NM = 0.12, 0.1  # of a cable loom that is twisted by friction in i
 ONE = {"id": "detent", "title": "a magnetic detent", "parameters": ("moment_Nm",), "torque": lambda segment, joint: np.sin(7 * segment.q[joint])}
 
 
-def bench(added=None, seed=3):
+def bench(added=None, model=None):
     """20 s of the pendulum; `added(q)` more torque than its own, for the same motion."""
-    recording = talus.simulate(talus.read(PENDULUM), duration_s=20, seed=seed)
+    recording = talus.simulate(model or talus.read(PENDULUM), duration_s=20, seed=3)
     columns = dict(recording.columns)
     if added:
         columns["joint_current_A"] = columns["joint_current_A"] + added(columns["joint_rad"]) / NM_PER_A
@@ -60,6 +60,15 @@ def test_an_effect_that_the_catalogue_lacks_is_named_with_its_parameter(with_loo
     assert found.report["motion"]["joint"]["extended_rms"] < 0.2 * found.report["motion"]["joint"]["identified_rms"]
     assert "own_effects" not in without.report and "cable_loom" not in str(without.report) and not without.notes
     assert without.gap["joint"]["extended_rms"] > 1.1 * found.gap["joint"]["extended_rms"]
+
+
+def test_beside_one_of_the_catalogue_both_are_named_and_the_model_file_holds_that_one():
+    stribeck = {"extra_Nm": 0.3, "speed_rad_s": 0.2, "exponent": 1.0}
+    truth = talus.Model.from_text(PENDULUM.read_text() + f"effects: [{{effect: stribeck, joint: joint, parameters: {stribeck}}}]")
+    found = talus.diagnose(PENDULUM, bench(lambda q: 0.15 * np.sin(5 * play(q, LAG_RAD)), model=truth), effects=[loom()])
+    sizes = {one["effect"]: one["parameters"] for one in found.effects}
+    assert sizes["cable_loom"]["moment_Nm"] == pytest.approx(0.15, rel=0.05) and sizes["stribeck"]["extra_Nm"] == pytest.approx(0.3, rel=0.1)
+    assert min(one["probability"] for one in found.effects) > 0.9 and len(found.model.effects) == 1 and "stribeck" in found.model_text
 
 
 def test_it_is_not_named_where_it_is_not():
