@@ -48,6 +48,15 @@ class Page:
     def paragraph(self, text: str) -> None:
         self._body.append(f"<p>{escape(text)}</p>\n")
 
+    def steps(self, steps: Iterable[tuple[str, str | None]]) -> None:
+        """A numbered list of what to do, each with its command or None."""
+        items = "".join(f"<li>{escape(what)}{_code(command) if command else ''}</li>\n" for what, command in steps)
+        self._body.append(f"<ol>\n{items}</ol>\n")
+
+    def code(self, caption: str, text: str) -> None:
+        """Lines as they stand, as of a file or of a patch."""
+        self._body.append(f"<figure>\n<figcaption>{escape(caption)}</figcaption>\n{_code(text)}</figure>\n")
+
     def table(self, caption: str, columns: Sequence[str], rows: Iterable[Sequence[str]], words: bool = False) -> None:
         """A table whose first column names the rows, of figures or of words."""
         head = "".join(f'<th scope="col">{escape(text)}</th>' for text in columns)
@@ -117,6 +126,10 @@ class Page:
         pieces = text.split("{{")
         filled = pieces[0] + "".join(places[place] + rest for place, rest in (p.split("}}", 1) for p in pieces[1:]))
         Path(path).write_text(filled, encoding="utf-8")
+
+
+def _code(text: str) -> str:
+    return f'<pre class="wide">{escape(text)}</pre>\n'
 
 
 def _number(x: float) -> float | None:

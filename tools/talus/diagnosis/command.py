@@ -145,6 +145,10 @@ def summary(found):
     yield f"{picture.sentence(found)}"
     for finding in found["findings"]:
         yield f"  {finding['id'].replace('_', ' ')}: {finding['evidence']}; {finding['remedy']}"
+    for item in found["effects"]:
+        size = words.size(item["effect"], item["parameters"], words.is_linear(found))
+        if size:
+            yield f"  {words.at(item['effect'], item['joint'])}: {size}"
     for item in found["alternatives"][:3]:
         if item["probability"] >= 0.01:
             yield f"  or {words.at(item['effect'], item['joint'])}: probability {words.share(item['probability'])}"
@@ -206,18 +210,20 @@ def run(arguments):
             found.report["next_experiment"]["trajectory"] = os.path.basename(options.trajectory)
             texts[options.trajectory] = found.trajectory
         texts[options.flags["--report"]] = report.to_text(found.report)
+        steps = experiment.steps(options, found)
         if "--save-model" in options.flags:
             texts[options.flags["--save-model"]], notes = fitted.model_text(tree, model, found)
         if "--html" in options.flags:
             step("page")
-            texts[options.flags["--html"]] = picture.page(found, options)
+            patch = fitted.patch(tree, fitted.model_text(tree, model, found)[0])
+            texts[options.flags["--html"]] = picture.page(found, options, steps, patch)
     finally:
         step.end()
     outputs.write_texts(texts)
     for note in notes:
         say(f"{NAME}: note: {note}")
     if not options.quiet:
-        for line in summary(found.report):
+        for line in (*summary(found.report), *(f"  {k}. {what}{f': {run}' if run else ''}" for k, (what, run) in enumerate(steps, 1))):
             say(line)
 
 

@@ -1,5 +1,8 @@
 """The model with its effects, as a file that every program reads."""
 
+import copy
+import difflib
+
 import yaml
 
 from .kinds import is_known, kind_of
@@ -46,7 +49,8 @@ def saved_effects(chosen, every):
 
 
 def model_text(tree, model, diagnosis):
-    """(text of the model file, notes)."""
+    """(text of the model file, notes); `tree` is the identified model's mapping, and stays it."""
+    tree = copy.deepcopy(tree)
     fit, entries, notes = diagnosis.fit, [], []
     if fit and fit.chosen:
         chosen = best_shapes(diagnosis.search, fit.chosen)
@@ -60,4 +64,14 @@ def model_text(tree, model, diagnosis):
                              "said")  # fmt: skip
     if entries:
         tree = {**tree, "effects": entries}
-    return "# diagnosed by talus-gap\n" + yaml.safe_dump(tree, sort_keys=False, default_flow_style=None, width=1000), notes
+    return dumped(tree), notes
+
+
+def dumped(tree):
+    return "# diagnosed by talus-gap\n" + yaml.safe_dump(tree, sort_keys=False, default_flow_style=None, width=1000)
+
+
+def patch(tree, text):
+    """What a fitted model's text differs by from the identified model's mapping, as a unified diff; "" where it does not."""
+    lines = dumped(tree).splitlines(), text.splitlines()
+    return "\n".join(difflib.unified_diff(*lines, "identified", "with effects", lineterm="", n=1))

@@ -52,9 +52,9 @@ def nearest(one):
 
 
 def linear(text):
-    """Words or a unit of a rotary joint as those of one that moves straight: force for torque, N for Nm, m for rad."""
-    text = text.replace("torque", "force")
-    return re.sub(r"(?<![A-Za-z_])rad(?![A-Za-z_])", "m", re.sub(r"(?<![A-Za-z_])(m?N)m(?=s?(?![A-Za-z_]))", r"\1", text))
+    """Words or a unit of a rotary joint as those of one that moves straight: force for torque, N for Nm, m for rad, no degrees."""
+    text = re.sub(r" \([^)]*°\)", "", text.replace("torque", "force"))
+    return re.sub(r"(?<![A-Za-z_])(m?)rad(?![A-Za-z_])", r"\1m", re.sub(r"(?<![A-Za-z_])(m?N)m(?=s?(?![A-Za-z_]))", r"\1", text))
 
 
 def is_linear(report):
@@ -84,6 +84,18 @@ def cause(effect, joint, straight=False, own=()):
     else:
         return at(effect, joint)
     return f"{plain} ({name(effect)}) at the {joint}"
+
+
+def size(effect, parameters, straight=False):
+    """How large an effect is: its parameters in words, of each order or mode; "" where there are none."""
+    if effect not in EFFECTS:
+        return ""
+    modes = {}
+    for parameter, value in parameters.items():
+        plain, _, number = re.fullmatch(r"(.*?)(_(\d+))?", parameter).groups()
+        modes.setdefault(number, {})[plain] = value
+    said = "; ".join(EFFECTS[effect].size(mode) for mode in modes.values())
+    return linear(said) if straight else said
 
 
 def is_poor(report):

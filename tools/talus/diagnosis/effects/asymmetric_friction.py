@@ -1,6 +1,7 @@
 """Friction that differs between the two directions."""
 
 from ..catalogue.candidate import usual
+from ..catalogue.sizes import torque
 from .entry import Effect
 
 USUAL_ASYMMETRY = (0.1, 0.4)  # of Coulomb friction
@@ -26,10 +27,18 @@ def candidates(at):
                     prior=lambda x: constant(x[0]) if hardly_grows(*x) else 1.0)  # fmt: skip
 
 
+def size(p):
+    """Its parameters are half of the difference."""
+    parts = [(p["coulomb_Nm"], torque, "", "friction"), (p["viscous_Nms_rad"], "{:.3g} Nms/rad".format, "viscous ", "friction")]
+    return ", ".join(f"{said(2 * abs(x))} more {kind}{what} in the {'positive' if x > 0 else 'negative'} direction"
+                     for x, said, kind, what in parts if x)  # fmt: skip
+
+
 EFFECT = Effect(
     id="asymmetric_friction",
     words="friction that differs between the two directions",
     candidates=candidates,
+    size=size,
     coordinates=("velocity",),
     one_form=True,
 )

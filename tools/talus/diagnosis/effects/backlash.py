@@ -2,6 +2,7 @@
 
 from ..catalogue.candidate import Family
 from ..catalogue.flexible_joint import TEETH_HZ, is_out_of_sight, link_shapes, motor_shares, sides_in_words, stiffness_at
+from ..catalogue.sizes import angle
 from .entry import Effect
 
 GAPS_RAD = (0.0007, 0.0015, 0.003, 0.005, 0.008, 0.012)
@@ -40,10 +41,15 @@ def candidates(at):
                 yield lost(gap, teeth, float(dry), float(viscous), motor, damping)
 
 
+def size(p):
+    return f"{angle(p['gap_rad'])} from one side of the play to the other"
+
+
 EFFECT = Effect(
     id="backlash",
     words="play in the transmission",
     candidates=candidates,
+    size=size,
     coordinates=("reversal", "load", "encoder"),
     trajectory="fast_multisine",
     integrated=True,

@@ -27,10 +27,17 @@ def candidates(at):
             yield from (mode(form, hz, damping) for form in forms if form != "rising" or damping == RISING_DAMPING_RATIO)
 
 
+def size(p):
+    moves = (("compliance_rad_Nm", "turns by {:.3g} mrad for 1 Nm"), ("sway_m_N", "sways by {:.3g} mm for 1 N"), ("rise_m_N", "rises by {:.3g} mm for 1 N"))
+    said = [text.format(1e3 * p[name]) for name, text in moves if p.get(name)]
+    return f"{' and '.join(said)}, swings at {p['frequency_Hz']:.3g} Hz"
+
+
 EFFECT = Effect(
     id="base_compliance",
     words="a mount that sways",
     candidates=candidates,
+    size=size,
     coordinates=("frequency", "acceleration"),
     trajectory="fast_multisine",
     several=True,

@@ -1,6 +1,7 @@
 """Motor torque that is periodic in the motor's angle, whatever the current."""
 
 from ..catalogue.ripple import FEWEST_WAVES_RAD, fades
+from ..catalogue.sizes import amplitude, torque
 from .entry import Effect
 
 COGGING_ORDERS = (*range(5, 25), 28, 30, 32, 36, 40, 42, 48, 54, 60, 72, 84)
@@ -23,10 +24,17 @@ def candidates(at):
             yield make(f"{order} and {2 * order} per turn{name}", ripple + overtone)
 
 
+def size(p):
+    overtone = amplitude(p, "overtone_sine_Nm", "overtone_cosine_Nm")
+    more = f", and {torque(overtone)} twice as often" if overtone else ""
+    return f"{torque(amplitude(p, 'sine_Nm', 'cosine_Nm'))} at the motor, {p['per_turn']:.3g} times a turn{more}"
+
+
 EFFECT = Effect(
     id="cogging",
     words="a motor torque that repeats with the turn, without current",
     candidates=candidates,
+    size=size,
     coordinates=("motor_angle",),
     trajectory="fast_multisine",
     several=True,

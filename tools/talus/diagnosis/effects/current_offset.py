@@ -3,6 +3,7 @@
 import numpy as np
 
 from ..catalogue.candidate import BESIDE_A_SENSOR, usual
+from ..catalogue.sizes import torque
 from .entry import Effect
 
 USUAL_OFFSET_A, LARGEST_OFFSET_A = (0.02, 0.2), 0.5
@@ -21,10 +22,15 @@ def candidates(at):
     yield at.of_law("current_offset", shape, [{"torque_Nm": 1.0}], low=(-most,), high=(most,), prior=prior)
 
 
+def size(p):
+    return f"the current shows {torque(abs(p['torque_Nm']))} too {'much' if p['torque_Nm'] > 0 else 'little'} at the motor"
+
+
 EFFECT = Effect(
     id="current_offset",
     words="a constant error of the current",
     candidates=candidates,
+    size=size,
     coordinates=("current", "velocity", "position"),
     needs="rest",
     one_form=True,

@@ -19,10 +19,17 @@ def candidates(at):
                             high=limits[1])  # fmt: skip
 
 
+def size(p):
+    if p.get("angles_too"):
+        return f"current and angles are {1e3 * p['delay_s']:.3g} ms later than the torque sensor"
+    return f"the current is {1e3 * abs(p['delay_s']):.3g} ms {'later' if p['delay_s'] > 0 else 'earlier'} than the angles"
+
+
 EFFECT = Effect(
     id="delay",
     words="currents and angles taken at different instants",
     candidates=candidates,
+    size=size,
     coordinates=("acceleration", "frequency", "reversal"),
     trajectory="fast_multisine",
 )

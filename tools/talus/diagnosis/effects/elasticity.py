@@ -75,10 +75,17 @@ def _bent(at, soft):
             yield soft(*sides, harder=CUBE_LOAD * (HARDER_RAD / twist) ** 2)
 
 
+def size(p):
+    if not p["compliance_rad_Nm"]:
+        return ""
+    return f"twists by {1e3 * p['compliance_rad_Nm']:.3g} mrad for 1 Nm ({1 / p['compliance_rad_Nm']:.3g} Nm/rad)"
+
+
 EFFECT = Effect(
     id="elasticity",
     words="a transmission that gives way like a spring",
     candidates=candidates,
+    size=size,
     coordinates=("load", "acceleration", "frequency", "encoder"),
     trajectory="fast_multisine",
     integrated=True,

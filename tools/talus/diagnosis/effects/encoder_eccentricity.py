@@ -2,6 +2,7 @@
 
 from ..catalogue.candidate import Candidate, named
 from ..catalogue.law import column
+from ..catalogue.sizes import amplitude, angle
 from .entry import Effect
 
 JOINT_ENCODER_ORDERS = (*range(1, 33), 36, 40, 48, 64)
@@ -19,10 +20,17 @@ def candidates(at):
     yield from (waves("motor", order) for order in (1, 2))
 
 
+def size(p):
+    sensor = "joint" if "joint_per_turn" in p else "motor"
+    error = amplitude(p, f"{sensor}_sine_rad", f"{sensor}_cosine_rad")
+    return f"the {sensor}'s encoder is off by up to {angle(error)}, {p[f'{sensor}_per_turn']:.3g} times a turn"
+
+
 EFFECT = Effect(
     id="encoder_eccentricity",
     words="an encoder that is mounted off its centre",
     candidates=candidates,
+    size=size,
     coordinates=("encoder", "position", "motor_angle"),
     needs="camera",
 )

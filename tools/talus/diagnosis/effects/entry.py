@@ -16,6 +16,9 @@ class Effect:
     """candidates(at) yields every Candidate that is tried at the joint `at` (a Place; its name is "base" for an effect of
     the mount). It is asked at those joints only where the library's law can stand."""
 
+    size: Callable = lambda parameters: ""  # noqa: E731
+    """How large it is in words, from the report's parameters; "" where no words say more than these."""
+
     coordinates: tuple = ()
     """Coordinates over which its residual stands out. Of maps that are nearly as strong, such a one is reported first."""
 

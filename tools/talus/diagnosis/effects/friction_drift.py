@@ -5,6 +5,7 @@ import math
 import numpy as np
 
 from ..catalogue.candidate import Family, named
+from ..catalogue.sizes import change, of_friction, percent
 from .entry import Effect
 
 DRIFT_TIMES_S = (5, 10, 20, 40, 80, 200)
@@ -55,10 +56,19 @@ def candidates(at):
         yield make("viscous, temperature", {"viscous_Nms_rad_10K": 1.0}, shapes, "viscous_Nms_rad_per_10_C")
 
 
+def size(p):
+    at_end = of_friction(p, "share_at_end", "coulomb_share_at_end")
+    if at_end:
+        return change(*at_end) + " in the end"
+    warmer = of_friction(p, "share_per_10_C", "coulomb_share_per_10_C")
+    return change(*warmer) + " for each 10 °C" if warmer else ""
+
+
 EFFECT = Effect(
     id="friction_drift",
     words="friction that changes with time or temperature",
     candidates=candidates,
+    size=size,
     coordinates=("time",),
     needs="warmth",
 )

@@ -2,6 +2,7 @@
 
 from ..catalogue.candidate import Candidate, named, usual
 from ..catalogue.law import column
+from ..catalogue.sizes import angle
 from .entry import Effect
 
 USUAL_TILT_RAD = (0.017, 0.087)
@@ -13,10 +14,15 @@ def candidates(at):
                     prior=lambda x: usual(abs(x[0]), *USUAL_TILT_RAD))  # fmt: skip
 
 
+def size(p):
+    return f"leans by {angle(p['tilt_rad'])}"
+
+
 EFFECT = Effect(
     id="gravity_tilt",
     words="a bench that is not upright",
     candidates=candidates,
+    size=size,
     coordinates=("position",),
     needs="turned base",
     one_form=True,

@@ -1,6 +1,7 @@
 """Transmission error of a harmonic drive, periodic in its wave generator's turn."""
 
 from ..catalogue.ripple import FEWEST_WAVES_RAD, fades
+from ..catalogue.sizes import amplitude, angle, percent, torque
 from .entry import Effect
 
 
@@ -21,10 +22,17 @@ def candidates(at):
             yield ripple(f"angle, {order} per turn", "rad", {"per_turn": float(order)})
 
 
+def size(p):
+    said = {"Nm": torque, "rad": angle, "share": lambda x: f"{percent(x)} of the load"}
+    waves = {unit: amplitude(p, f"sine_{unit}", f"cosine_{unit}") for unit in said}
+    return ", ".join(f"{said[unit](x)}, {p['per_turn']:.3g} times a turn of the motor" for unit, x in waves.items() if x)
+
+
 EFFECT = Effect(
     id="kinematic_error",
     words="a transmission error that repeats with the motor's turn",
     candidates=candidates,
+    size=size,
     coordinates=("motor_angle",),
     trajectory="fast_multisine",
     several=True,

@@ -5,6 +5,7 @@ import numpy as np
 from ..catalogue.candidate import Family
 from ..catalogue.carried_load import carried_loads
 from ..catalogue.law import law_at
+from ..catalogue.sizes import percent, torque
 from .entry import Effect
 
 LARGEST_SHARE = 0.45  # of the load, lost in a gear in use
@@ -41,10 +42,16 @@ def _of_the_motors_torque(at, own):
                      high=(own * OWN_WITHIN,), family=Family(make, (own,), (1.3,), (0.03,), (0.5,)))  # fmt: skip
 
 
+def size(p):
+    at = f" at {torque(p['scale_Nm'])}, more beyond" if p.get("exponent", 1.0) != 1.0 else ""
+    return f"{percent(p['coefficient'])} of the load that the gear carries{at}"
+
+
 EFFECT = Effect(
     id="load_friction",
     words="friction that grows with the load",
     candidates=candidates,
+    size=size,
     coordinates=("load", "current", "acceleration"),
     needs="known mass",
 )

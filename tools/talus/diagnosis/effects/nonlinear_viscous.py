@@ -1,6 +1,7 @@
 """Viscous friction that is not linear in speed."""
 
 from ..catalogue.candidate import Family
+from ..catalogue.sizes import torque
 from .entry import Effect
 
 VISCOUS_EXPONENTS = (0.33, 0.5, 0.7, 1.5, 2.0, 3.0)
@@ -25,9 +26,16 @@ def candidates(at):
     yield from (saturating(float(knee * speed)) for knee in VISCOUS_KNEES)
 
 
+def size(p):
+    if p.get("saturation_rad_s"):
+        return f"grows to {torque(p['size_Nm'])}, hardly more beyond {p['saturation_rad_s']:.3g} rad/s"
+    return f"{torque(p['size_Nm'])} at 1 rad/s, with the speed to the power of {p['exponent']:.3g}"
+
+
 EFFECT = Effect(
     id="nonlinear_viscous",
     words="viscous friction that is not proportional to speed",
     candidates=candidates,
+    size=size,
     coordinates=("velocity",),
 )

@@ -37,10 +37,17 @@ def candidates(at):
             yield at.of_law("parallel_spring", f"bumper at {side * begin:g}", [{"bumper_Nm_rad": 1.0}], shapes, low=(0.0,))
 
 
+def size(p):
+    if p.get("bumper_Nm_rad"):
+        return f"{p['bumper_Nm_rad']:.3g} Nm/rad beyond {p['bumper_rad']:.3g} rad"
+    return f"{p['stiffness_Nm_rad']:.3g} Nm/rad at an angle of 0" if p.get("stiffness_Nm_rad") else ""
+
+
 EFFECT = Effect(
     id="parallel_spring",
     words="a spring beside the joint",
     candidates=candidates,
+    size=size,
     coordinates=("position",),
     needs="turned base",
 )

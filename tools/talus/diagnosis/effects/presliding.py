@@ -1,6 +1,7 @@
 """Friction with memory: a spring over a small travel after each reversal (Dahl)."""
 
 from ..catalogue.candidate import Family
+from ..catalogue.sizes import angle
 from .entry import Effect
 
 PRESLIDING_TRAVELS_RAD = (0.0007, 0.0015, 0.003, 0.006, 0.012, 0.024)
@@ -8,8 +9,8 @@ PRESLIDING_TRAVELS_RAD = (0.0007, 0.0015, 0.003, 0.006, 0.012, 0.024)
 
 def candidates(at):
     friction_Nm = at.usual_coulomb_Nm
-    size = 0.1 if at.is_straight else 1.0  # a travel in m
-    travels = [size * x for x in PRESLIDING_TRAVELS_RAD]
+    scale = 0.1 if at.is_straight else 1.0  # a travel in m
+    travels = [scale * x for x in PRESLIDING_TRAVELS_RAD]
     shapes = [(travel, power) for power in (1.0, 2.0) for travel in travels]
 
     def dahls(travel, power):
@@ -21,9 +22,14 @@ def candidates(at):
         yield dahls(travel, power)
 
 
+def size(p):
+    return f"yields by about {angle(p['travel_rad'])} after each reversal before it slides"
+
+
 EFFECT = Effect(
     id="presliding",
     words="friction that acts like a spring before it slides",
     candidates=candidates,
+    size=size,
     coordinates=("reversal",),
 )

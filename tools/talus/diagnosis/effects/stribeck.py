@@ -1,6 +1,7 @@
 """Friction above Coulomb's near standstill."""
 
 from ..catalogue.candidate import Family
+from ..catalogue.sizes import torque
 from .entry import Effect
 
 STRIBECK_SPEEDS_RAD_S = (0.02, 0.04, 0.07, 0.12, 0.2, 0.3, 0.45)
@@ -22,9 +23,14 @@ def candidates(at):
                 yield falling(width, power)
 
 
+def size(p):
+    return f"{torque(p['extra_Nm'])} more at standstill, a third of that at {p['speed_rad_s']:.3g} rad/s"
+
+
 EFFECT = Effect(
     id="stribeck",
     words="friction that is higher near standstill",
     candidates=candidates,
+    size=size,
     coordinates=("velocity", "reversal"),
 )

@@ -1,6 +1,7 @@
 """A torque constant that droops at high current."""
 
 from ..catalogue.candidate import BESIDE_A_SENSOR, Family
+from ..catalogue.sizes import torque
 from .entry import Effect
 
 SATURATION_POWERS = (1, 2, 3, 5)
@@ -30,10 +31,22 @@ def candidates(at):
         yield from map(kinked, SATURATION_KNEES)
 
 
+LOSS = 0.1
+
+
+def size(p):
+    """The motor torque at which the current is a tenth more than that: droop (T - begin)^(1 + exponent) = T / 10."""
+    if p.get("begin_Nm", 0.0) > 0.0 or p["exponent"] <= 0.0:
+        beyond = f"beyond {torque(p.get('begin_Nm', 0.0))} at the motor"
+        return f"{beyond}, {100 * p['droop_1_Nm']:.3g} % more current for further torque" if not p["exponent"] else f"droops {beyond}"
+    return f"a tenth more current at {torque((LOSS / p['droop_1_Nm']) ** (1 / p['exponent']))} of the motor"
+
+
 EFFECT = Effect(
     id="torque_saturation",
     words="a torque constant that droops at high current",
     candidates=candidates,
+    size=size,
     coordinates=("current", "load"),
     needs="known mass",
 )

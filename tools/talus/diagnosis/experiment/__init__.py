@@ -7,10 +7,12 @@
     camera.py   what a camera that sees the links would add
     choice.py   the choice
     words.py    the report's words and the trajectory's file
+    steps.py    the steps to it, with their commands
     poor.py     recordings that cannot carry a diagnosis
 """
 
 from .choice import propose
 from .poor import too_poor
+from .steps import steps
 
-__all__ = ["propose", "too_poor"]
+__all__ = ["propose", "steps", "too_poor"]

@@ -21,10 +21,10 @@ MOST_CAUSES, MOST_PLACES, LEAST_SHOWN = 8, 8, 0.005
 MOST_POINTS = 1500  # of a trajectory: more than a screen shows
 
 
-def page(found, options):
-    """The page's text."""
+def page(found, options, steps, patch):
+    """The page's text; `steps` to the next experiment, `patch` from the identified model to the one with effects."""
     report = found.report
-    out = talus.Page("Where the gap lies", sentence(report))
+    out = talus.Page(f"Where the gap lies: {_named(options.recordings)}", sentence(report))
     poor = words.is_poor(report)
     _findings(out, report["findings"])
     _gap(out, report, poor)
@@ -35,12 +35,21 @@ def page(found, options):
     if found.search:
         maps.maps(out, found)
         maps.over_time(out, found)
-    _next(out, found)
+    _next(out, found, steps)
+    if patch:
+        out.heading("The model with effects")
+        out.code("What it differs by from the identified one; --save-model writes it", patch)
     _inputs(out, options)
     with tempfile.TemporaryDirectory(prefix="talus-gap-") as folder:
         path = Path(folder) / "page.html"
         out.write(path)
         return path.read_text(encoding="utf-8")
+
+
+def _named(recordings):
+    """The recordings, by the first one's name."""
+    first, more = Path(recordings[0]).name, len(recordings) - 1
+    return f"{first} and {more} more" if more else first
 
 
 def _findings(out, findings):
@@ -176,7 +185,10 @@ def _effect(out, number, effect, report):
     rows = [[name, _value(value, effect["interval"].get(name)), words.unit(name, straight)] for name, value in effect["parameters"].items()]
     rows += [["probability", words.share(effect["probability"]), ""], ["error before", scale.number(effect["gap_before"]), scale.unit],
              ["error after", scale.number(effect["gap_after"]), scale.unit]]  # fmt: skip
-    out.table(f"{number}. {words.cause(effect['effect'], effect['joint'], straight, words.titles(report))}", ["parameter", "value", "unit"], rows)
+    rows += [[f"closes of the {joint}'s gap", f"{100 * share:.0f}", "%"] for joint, share in effect["closes"].items()]
+    size = words.size(effect["effect"], effect["parameters"], straight)
+    cause = words.cause(effect["effect"], effect["joint"], straight, words.titles(report))
+    out.table(f"{number}. {cause}{f': {size}' if size else ''}", ["parameter", "value", "unit"], rows)
 
 
 def _value(value, interval):
@@ -201,10 +213,12 @@ def _where(out, report):
                   "that leaves. Deviations say how far it stands above what noise alone would show.")
 
 
-def _next(out, found):
+def _next(out, found, steps):
     proposed = found.report["next_experiment"]
     out.heading("Next experiment")
     out.paragraph(proposed["why"])
+    if steps:
+        out.steps(steps)
     if not (found.trajectory and proposed["trajectory"]):
         return
     names, t, angles = _trajectory(found.trajectory)
