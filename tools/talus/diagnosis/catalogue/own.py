@@ -11,6 +11,7 @@ from .candidate import Candidate, named
 
 FROM_INSTANTS = ("q", "v", "slip", "load_Nm", "friction_Nm", "motor_rad", "temp_C")  # of tl_effect_instant
 
+
 @dataclass(frozen=True)
 class OwnColumn:
     """One parameter's column: `shape` is its place among the effect's."""
