@@ -1,7 +1,7 @@
 """The loss report's figures: what talus-export's files leave of each effect, by NumPy from the effects' closed forms.
 
 An arm moves as two sines say, so angle, speed and acceleration are exact; test_export_loss_leg.py has what only a leg can have.
-what they leave of the closed form (docs/effects.md), as RMS of the moving rows, is what the report must name.
+What a file leaves of the closed form (docs/effects.md), as RMS of the moving rows, is what the report must name.
 """
 
 import ast
