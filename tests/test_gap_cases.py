@@ -11,7 +11,7 @@ TRAININGS = {
     "without the ramps": ("train1", "train2"),
     "without the faster one": ("train1", "train3"),
 }
-EXAMPLES = ("case_003", "case_007", "case_010", "case_016", "case_018", "case_019")
+EXAMPLES = ("case_007", "case_010", "case_019")  # all of them in the long run
 
 
 def answers(truth):

@@ -5,7 +5,6 @@ model file's; other forms stand in the labelled recordings, which the long tests
 
 import json
 import math
-import os
 from concurrent.futures import ThreadPoolExecutor
 
 import numpy
@@ -102,16 +101,6 @@ def test_the_same_seed_gives_the_same_bytes(plain):
     first = (folder / "gap.json").read_bytes(), (folder / "f.yaml").read_bytes()
     diagnose(folder, folder / "leg.csv", more=("--save-model", folder / "f.yaml"))
     assert first == ((folder / "gap.json").read_bytes(), (folder / "f.yaml").read_bytes())
-
-
-def test_any_number_of_threads_gives_the_same_bytes(plain):
-    folder, _ = plain
-    first = (folder / "gap.json").read_bytes()
-    for threads in ("1", "3"):
-        names = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
-        run("talus-gap", "--quiet", "--model", LEG, "--report", folder / "gap.json", folder / "leg.csv",
-            env={**os.environ, **dict.fromkeys(names, threads)})  # fmt: skip
-        assert first == (folder / "gap.json").read_bytes()
 
 
 def test_page_needs_nothing_besides_itself(plain):

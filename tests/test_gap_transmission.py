@@ -15,7 +15,7 @@ FORMS = {
 SHOWN = {"linear": {}, "hardening": {"hardening_Nm_rad3": 1.2e7}, "soft at first": {"soft_rad": 0.003, "soft_share": 0.35}}
 
 
-@pytest.mark.parametrize("form", FORMS)
+@pytest.mark.parametrize("form", [pytest.param("linear", marks=pytest.mark.long), pytest.param("hardening", marks=pytest.mark.long), "soft at first"])
 def test_a_soft_spring_behind_the_knees_gear_is_named_whatever_its_form(form, tmp_path):
     """Its link swings at some 20 Hz, unseen: of a wrong form the torque is out of phase."""
     bench = bench_with(tmp_path, "elasticity", "knee", effects.of("knee", **{**COMMON, **FORMS[form]}))

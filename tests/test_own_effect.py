@@ -199,6 +199,8 @@ def overwriting(segment, joint):
     ([np.sin], "effects: expected talus.Effect, found ufunc"),
     ([talus.Effect(**ONE | {"torque": returning(np.zeros(3))})], r"effect 'detent': its function returned an array of shape \(3,\), expected"),
     ([talus.Effect(**ONE | {"torque": failing_elsewhere})], "effect 'detent': its function raised ZeroDivisionError: division by zero"),
+    ([talus.Effect(**ONE | {"torque": lambda segment, joint: 1e10 * np.cos(segment.q[joint])})],
+     r"effect 'detent': its function returned 1e\+10 for moment_Nm, expected less than 1e\+09: choose a smaller unit"),
     ([talus.Effect(**ONE | {"torque": overwriting})], "effect 'detent': its function raised ValueError: output array is read-only"),
 ])  # fmt: skip
 def test_a_diagnosis_refuses_them(effects, said, plain_bench):

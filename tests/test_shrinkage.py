@@ -10,7 +10,7 @@ EXAMPLES = {"case_000": ("ankle", 0.99), "case_001": ("knee", 0.97), "case_027":
 
 
 @needs_data
-@pytest.mark.parametrize("case", EXAMPLES)
+@pytest.mark.parametrize("case", [pytest.param(case, marks=pytest.mark.long) if case == "case_027" else case for case in EXAMPLES])
 def test_the_model_file_closes_the_gap_on_an_unseen_recording(case, tmp_path):
     joint, bar = EXAMPLES[case]
     measured = measure(data("leg_cases") / case, tmp_path)

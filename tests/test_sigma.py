@@ -3,6 +3,7 @@
 import json
 
 import numpy as np
+import pytest
 import yaml
 from support import REPOSITORY, run
 
@@ -43,6 +44,7 @@ def deviations(folder, seed):
             for name, p in report["parameters"].items() if p["identifiable"]}
 
 
+@pytest.mark.long
 def test_truth_lies_within_three_sigma(tmp_path):
     every = {}
     for seed in SEEDS:

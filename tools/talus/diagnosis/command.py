@@ -205,26 +205,41 @@ def run(arguments):
     step = Step(NAME, options.quiet)
     try:
         found, tree, model = diagnose(options, step)
-        texts, notes = {}, []
-        if found.trajectory:
-            found.report["next_experiment"]["trajectory"] = os.path.basename(options.trajectory)
-            texts[options.trajectory] = found.trajectory
-        texts[options.flags["--report"]] = report.to_text(found.report)
         steps = experiment.steps(options, found)
-        if "--save-model" in options.flags:
-            texts[options.flags["--save-model"]], notes = fitted.model_text(tree, model, found)
-        if "--html" in options.flags:
-            step("page")
-            patch = fitted.patch(tree, fitted.model_text(tree, model, found)[0])
-            texts[options.flags["--html"]] = picture.page(found, options, steps, patch)
+        texts, notes = files(options, found, tree, model, steps, step)
     finally:
         step.end()
     outputs.write_texts(texts)
     for note in notes:
         say(f"{NAME}: note: {note}")
     if not options.quiet:
-        for line in (*summary(found.report), *(f"  {k}. {what}{f': {run}' if run else ''}" for k, (what, run) in enumerate(steps, 1))):
+        for line in (*summary(found.report), *numbered(steps)):
             say(line)
+
+
+def files(options, found, tree, model, steps, step):
+    """({name: text} of the files that are asked for, notes on the model with effects)."""
+    texts, notes = {}, []
+    if found.trajectory:
+        found.report["next_experiment"]["trajectory"] = os.path.basename(options.trajectory)
+        texts[options.trajectory] = found.trajectory
+    texts[options.flags["--report"]] = report.to_text(found.report)
+    saved, page = options.flags.get("--save-model"), options.flags.get("--html")
+    if saved or page:
+        step("model with effects")
+        text, lost = fitted.model_text(tree, model, found)
+    if saved:
+        texts[saved], notes = text, lost
+    if page:
+        step("page")
+        texts[page] = picture.page(found, options, steps, fitted.patch(tree, text))
+    return texts, notes
+
+
+def numbered(steps):
+    """Lines of the steps to the next experiment."""
+    for k, (what, run) in enumerate(steps, 1):
+        yield f"  {k}. {what}{f': {run}' if run else ''}"
 
 
 def main(arguments):

@@ -1,6 +1,8 @@
 """The plain model's torque terms along one recording, at its samples: what the effects' columns are made of. The library
 computes them (tl_effect_instants)."""
 
+import functools
+
 import numpy as np
 
 from talus import constants, ffi, lib, pointer
@@ -11,6 +13,11 @@ TEMPERATURE_WINDOW_S = 2.0  # a gear's temperature changes slower, its sensor's 
 INSTANT = np.dtype([(name, float) for name, _ in ffi.typeof("tl_effect_instant").fields])
 INERTIA_WITHIN = 4.0  # of the given model's, that a link's stays where an effect drives the fit far out of range
 MOTION = ("q", "v", "a", "slip")
+
+
+def rows_of(instants, name):
+    """One field of every joint's instants, one row a joint."""
+    return np.array([now[name] for now in instants])
 
 
 class TorqueTerms:
@@ -133,7 +140,7 @@ class TorqueTerms:
                 rows = now[part["begin"]:part["end"]]
                 lib.tl_effect_instants(segment, j, ffi.from_buffer("tl_effect_instant[]", rows, require_writable=True))
             self._add_recorded(j, now)
-        every = lambda name: np.array([now[name] for now in self._instants])
+        every = functools.partial(rows_of, self._instants)
         whole, self.rotor_Nm, self.friction_Nm = every("load_Nm"), every("rotor_Nm"), every("friction_Nm")
         self.link_Nm, self.joint_Nm = whole - self.rotor_Nm, whole + self.friction_Nm
         self.motor_rad, self.motor_Nm, self.ratio = every("motor_rad"), every("motor_Nm"), every("ratio")

@@ -7,6 +7,8 @@ import numpy as np
 import talus
 
 from ..effects.entry import Effect
+from ..gram import LARGEST
+from ..torque_terms import rows_of
 from .candidate import Candidate, named
 
 FROM_INSTANTS = ("q", "v", "slip", "load_Nm", "friction_Nm", "motor_rad", "temp_C")  # of tl_effect_instant
@@ -60,13 +62,23 @@ def _samples(terms, effect, joint, shape):
     for number, part in enumerate(terms.processed.parts):
         segment = terms.once(("seen", number), lambda rows=slice(part["begin"], part["end"]): _seen(terms, rows))
         out[:, part["begin"]:part["end"]] = effect.columns(segment, joint, effect.shapes[shape]).T
+    _check_size(effect, out)
     return out
+
+
+def _check_size(effect, columns):
+    """A search leaves such columns out without a word, as it must those of a link that has run away."""
+    largest = np.abs(columns).max(axis=1)
+    for name, size in zip(effect.parameters, largest):
+        if size >= LARGEST:
+            raise talus.InputError(f"effect {effect.id!r}: its function returned {size:.3g} for {name}, expected less than {LARGEST:g}: "
+                                   "choose a smaller unit")  # fmt: skip
 
 
 def _seen(terms, rows):
     """A part of the recording as the function sees it."""
     instants = [terms.instants(j)[rows] for j in range(terms.dataset.joints)]
-    seen = {name: np.array([now[name] for now in instants]) for name in FROM_INSTANTS}
+    seen = {name: rows_of(instants, name) for name in FROM_INSTANTS}
     seen |= {"t_s": instants[0]["t_s"].copy(), "a": terms.a[:, rows].copy()}
     if terms.dataset.velocity_only:
         seen["q"][:] = np.nan

@@ -5,6 +5,7 @@ from ..catalogue.sizes import torque
 from .entry import Effect
 
 SATURATION_POWERS = (1, 2, 3, 5)
+TENTH = 0.1  # of the current, lost: so much a lab notices
 LARGEST_DROOP = 0.8  # of the torque at the largest current
 LARGEST_DROOP_SEEN = 0.35  # where a sensor shows the torque itself, and a wrong constant could pass for droop
 SATURATION_KNEES = (0.3, 0.5, 0.7)  # of the largest torque
@@ -31,15 +32,12 @@ def candidates(at):
         yield from map(kinked, SATURATION_KNEES)
 
 
-LOSS = 0.1
-
-
 def size(p):
     """The motor torque at which the current is a tenth more than that: droop (T - begin)^(1 + exponent) = T / 10."""
     if p.get("begin_Nm", 0.0) > 0.0 or p["exponent"] <= 0.0:
         beyond = f"beyond {torque(p.get('begin_Nm', 0.0))} at the motor"
         return f"{beyond}, {100 * p['droop_1_Nm']:.3g} % more current for further torque" if not p["exponent"] else f"droops {beyond}"
-    return f"a tenth more current at {torque((LOSS / p['droop_1_Nm']) ** (1 / p['exponent']))} of the motor"
+    return f"a tenth more current at {torque((TENTH / p['droop_1_Nm']) ** (1 / p['exponent']))} of the motor"
 
 
 EFFECT = Effect(
