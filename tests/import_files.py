@@ -169,7 +169,7 @@ def values(b, x, rng):
 
 
 def binaries(b, x, rng):
-    """MATLAB, HDF5, Parquet, rosbag2 and MCAP."""
+    """MATLAB, HDF5, Parquet, rosbag2, MCAP and MDF."""
     import h5py
     import pyarrow
     import pyarrow.parquet
@@ -191,6 +191,25 @@ def binaries(b, x, rng):
         write_bag(f / f"rosbag_{suffix}", suffix, x)
         b.cases.append(Case(f"rosbag_{suffix}", [f / f"rosbag_{suffix}"], torque))
     b.cases.append(Case("mcap_file", [f / "rosbag_mcap" / "rosbag_mcap.mcap"], torque))
+    angle, gears = ("Gelenkwinkel", "°", x.t, deg), ("gear", "", x.t, np.arange(N) % 2, {"val_0": 0, "text_0": "in", "val_1": 1, "text_1": "out"})
+    write_mdf(f / "mdf.mf4", [[angle, ("Motorstrom", "mA", x.t, 1000 * x.i)]])
+    b.cases.append(Case("mdf", [f / "mdf.mf4"], right))
+    slow = slice(None, None, 2)
+    write_mdf(f / "mdf_rates.mf4", [[("current", "A", x.t[slow], x.i[slow])], [angle, gears], [("speed", "rpm", x.t, x.v * 30 / np.pi)]])
+    inside = {k: v[:-1] for k, v in right.items()} | {"joint_velocity_rad_s": x.v[:-1]}  # as with two files
+    b.cases.append(Case("mdf_rates", [f / "mdf_rates.mf4"], inside | {"joint_current_A": np.interp(x.t[:-1], x.t[slow], x.i[slow])}))
+    write_mdf(f / "mdf_3.mdf", [[angle], [("current_A", "A", x.t, x.i)]], version="3.30")
+    b.cases.append(Case("mdf_3", [f / "mdf_3.mdf"], right))
+
+
+def write_mdf(path, groups, version="4.10", **more):
+    """Groups of (name, unit, instants [s], values, and a conversion if there is one)."""
+    from asammdf import MDF, Signal
+
+    with MDF(version=version) as file:
+        for group in groups:
+            file.append([Signal(values, seconds, unit, name, *conversion, **more) for name, unit, seconds, values, *conversion in group])
+        file.save(path, overwrite=True)
 
 
 def write_bag(folder, storage, x):

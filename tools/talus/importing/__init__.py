@@ -2,7 +2,8 @@
 
     table.py       a file's columns, whatever its format, with what it is unsure of
     delimited.py   text: encoding, separator, decimal sign, header, units' row
-    formats.py     MATLAB, Parquet, HDF5, rosbag2 and MCAP: optional readers
+    formats.py     MATLAB, Parquet, HDF5, rosbag2, MCAP and ASAM MDF: optional readers
+    asam.py        the channels of an MDF file, clock by clock
     headers.py     name and unit of a header; units through pint
     clock.py       times without loss: ns, ms-rounded, Unix, dates; order and repeats
     vocabulary.py  which words name which quantity

@@ -49,7 +49,9 @@ def find(tables, entry, target):
 
 
 def time_entry(tables, mapped, number, times):
-    """The Entry of a table's time: its own, or the one time_s that stands in each."""
+    """(Column, unit) of a table's time: the one that its format knows, else its own, else the one time_s that stands in each."""
+    if tables[number - 1].clock is not None:
+        return tables[number - 1].clock, "second"
     entry = times.get(number) or mapped.columns.get("time_s")
     if entry is None:
         raise Refused(2, "time_s: the map does not say where it comes from")

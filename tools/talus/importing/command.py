@@ -18,7 +18,8 @@ usage: talus-import --out REC.csv [OPTION...] IN...
     talus-import --map map.yaml --out rec.csv log.csv
     talus-import --map 'joint_rad=Winkel [°]:deg' --map time_s=Zeit:ms --map joint_current_A=Strom:A --out rec.csv log.csv
 
-makes a recording from text tables of any separator, decimal sign and encoding, MATLAB, HDF5, Parquet, rosbag2 or MCAP files
+makes a recording from text tables of any separator, decimal sign and encoding, MATLAB, HDF5, Parquet, rosbag2,
+MCAP or ASAM MDF files
 
   -o, --out REC.csv[.gz]  the recording to write
   -m, --map MAP           MAP.yaml, or COLUMN=SOURCE:UNIT (repeatable; -SOURCE turns the sign)
@@ -96,7 +97,7 @@ def run(arguments):
     if command_line.answered(options.flags, NAME, USAGE):
         return
     options.check()
-    tables = [formats.read(path) for path in options.inputs]
+    tables = [table for path in options.inputs for table in formats.read(path)]
     doubts, times = [], {}
     if options.maps:
         mapped = given_map(options)

@@ -7,7 +7,7 @@ import numpy as np
 
 from talus.refused import Refused
 
-from . import delimited, headers
+from . import asam, delimited, headers
 from .table import Column, Table
 
 
@@ -20,7 +20,12 @@ def need(module, package, path):
 
 
 def read(path):
-    """A Table of any file."""
+    """The Tables of any file: one for each of its clocks."""
+    found = _read(path)
+    return found if isinstance(found, list) else [found]
+
+
+def _read(path):
     try:
         if Path(path).is_dir():
             return rosbag(path)
@@ -125,6 +130,11 @@ def parquet(path):
     return _with_units(columns_of(arrays, path), units)
 
 
+def mdf(path):
+    """ASAM MDF 2 to 4: a Table for each clock."""
+    return asam.tables(need("asammdf", "asammdf", path), str(path))
+
+
 # ---- robots' logs ------------------------------------------------------------------------
 
 JOINT_FIELDS = {"position": "rad", "velocity": "rad/s", "effort": "N*m"}  # units that REP 103 demands
@@ -184,4 +194,5 @@ def _of_states(rows, path, notes):
 
 
 BINARY = ((b"MATLAB 5.0", 0, matlab), (b"MATLAB 7.3", 0, hdf5), (b"\x89HDF\r\n", 0, hdf5), (b"\x89HDF\r\n", 512, hdf5),
-          (b"PAR1", 0, parquet), (b"\x89MCAP0", 0, rosbag), (b"SQLite format 3", 0, rosbag))  # fmt: skip
+          (b"PAR1", 0, parquet), (b"\x89MCAP0", 0, rosbag), (b"SQLite format 3", 0, rosbag), (b"MDF     ", 0, mdf),
+          (b"UnFinMF ", 0, mdf))  # fmt: skip

@@ -82,7 +82,7 @@ class Suggestion:
 
     def _choose_times(self):
         for number, table in enumerate(self.tables, 1):
-            mine = [c for c in self.candidates if c.number == number and c.kind == "time" and _holds_times(c.column)]
+            mine = [c for c in self.candidates if c.number == number and _is_clock(c)]
             if not mine:
                 raise Refused(2, f"{table.path}: no column looks like a time; found {_names(table)}; --map time_s=COLUMN:UNIT says which")
             best = min(mine, key=lambda c: (-c.score() // 3, _unevenness(c.column)))
@@ -189,6 +189,11 @@ class Suggestion:
         slope, likeness = guess.agreement(angle, speed, seconds)
         if abs(likeness) > 0.7 and not 0.8 < slope < 1.25:
             self.doubts.append(f"joint_velocity_rad_s: it is {slope:.4g} times the derivative of joint_rad: one of their units or signs is wrong")
+
+
+def _is_clock(candidate):
+    column, known = candidate.column, candidate.table.clock
+    return column is known if known else candidate.kind == "time" and _holds_times(column)
 
 
 def _holds_times(column):

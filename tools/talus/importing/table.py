@@ -47,11 +47,12 @@ class Column:
 
 @dataclass
 class Table:
-    """A file that was read; `notes` are words on how."""
+    """A file that was read, or what one of its clocks times; `notes` are words on how, `clock` is the time, where the format knows it."""
 
     path: str
     columns: list
     notes: list = field(default_factory=list)
+    clock: Column | None = None
 
     def column(self, name):
         """By the name with or without its unit, or None; the first of two."""
