@@ -388,6 +388,16 @@ def test_the_clocks_of_an_mdf_are_files_of_the_map(tmp_path):
     assert got["joint_current_A"] == pytest.approx(np.interp(x.t[: N - 3], x.t[slow], x.i[slow]), abs=1e-12)
 
 
+@pytest.mark.parametrize(("sign", "speed", "words"), [(1, 1, None), (-1, 1, "joint_current_A: it works against"), (1, 2, "it is 2 times the derivative")])
+def test_motion_is_looked_at_across_the_clocks_of_an_mdf(tmp_path, sign, speed, words):
+    x, slow = TURNING, slice(None, None, 3)
+    write_mdf(tmp_path / "in.mf4", [[("current", "A", x.t[slow], sign * x.i[slow])], [ANGLE], [("speed", "rad/s", x.t[::2], speed * x.v[::2])]])
+    arguments = ["--out", tmp_path / "rec.csv", tmp_path / "in.mf4"]
+    if words:
+        refused(words, *arguments)
+    run("talus-import", "--suggest", *arguments)
+
+
 @pytest.mark.parametrize("name", ["in.mf4", "in.zip", "in.gzip"])
 def test_an_mdf_that_was_never_finished_is_read_and_stays_as_it_is(tmp_path, name):
     """asammdf completes such a file, and deletes those of some names."""

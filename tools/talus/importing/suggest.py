@@ -1,17 +1,21 @@
 """A map drafted from names, units and ranges. `doubts` say what was guessed, `Refused` what cannot be."""
 
+from dataclasses import replace
+
 import numpy as np
 
 import talus
 from talus.refused import Refused
 
-from . import clock, guess, headers, vocabulary
+from . import assemble, clock, guess, headers, vocabulary
 from .mapping import Entry, Map
 
 DIMENSION = {"radian": "angle", "radian/second": "velocity", "ampere": "current", "newton*meter": "torque", "degC": "temperature",
              "volt": "voltage", "meter": "length", "newton": "force", "second": "time"}  # fmt: skip
 BY_UNIT = {"angle": "rad", "velocity": "rad_s", "current": "A", "torque": "Nm", "temperature": "C", "voltage": "V",
            "length": "m", "force": "N", "time": "s"}  # fmt: skip
+MOVED_BY = {"joint_rad": ("joint_velocity_rad_s", "joint_current_A", "joint_torque_Nm"), "knee_motor_rad": ("knee_current_A",),
+            "ankle_motor_rad": ("ankle_current_A",), "slider_m": ("slider_force_N",)}  # fmt: skip
 PASSIVE = -0.3  # of the largest power that drive and speed could have together
 
 
@@ -157,38 +161,31 @@ class Suggestion:
             raise Refused(2, f"nothing looks like {lacking[0]} (a {self.map.plant}'s recording needs it); found {found}; "
                              f"--map '{lacking[0].split(' or ')[0]}=COLUMN:UNIT' says which")  # fmt: skip
 
-    def _value(self, target):
-        entry = self.map.columns[target]
-        table = self.tables[(entry.file or 1) - 1]
-        values = table.column(entry.source).numbers(table.path)
-        if entry.wrap:
-            values = guess.unwrap(values, entry.wrap, headers.target_of(target) == "radian")
-        factor, offset = headers.conversion(entry.unit, target)
-        return factor * entry.sign * (values - entry.zero) + offset
-
     def _check_motion(self):
         """Speed against angle, and the sign of what drives a joint: said, where they do not agree."""
-        if len(self.tables) > 1:
+        pairs = [(angle, other) for angle, others in MOVED_BY.items() for other in others if {angle, other} <= set(self.map.columns)]
+        if not pairs:
             return
-        table, entry = self.tables[0], self.map.columns["time_s"]
-        times = clock.read(table.column(entry.source), str(headers.parse(entry.unit).units), table.path, [])
-        seconds, rows = times.seconds(), times.rows
-        have = self.map.columns
-        if {"joint_rad", "joint_velocity_rad_s"} <= set(have):
-            self._check_speed(self._value("joint_rad")[rows], self._value("joint_velocity_rad_s")[rows], seconds)
-        pairs = {"joint_rad": ("joint_current_A", "joint_torque_Nm"), "knee_motor_rad": ("knee_current_A",),
-                 "ankle_motor_rad": ("ankle_current_A",), "slider_m": ("slider_force_N",)}  # fmt: skip
-        for angle, drives in pairs.items():
-            for drive in drives:
-                if not {angle, drive} <= set(have) or "joint_load_Nm" in have:
-                    continue
-                if guess.power_sign(self._value(angle)[rows], self._value(drive)[rows], seconds) < PASSIVE:
-                    self.doubts.append(f"{drive}: it works against the motion of {angle} on the whole: is its sign turned? (sign: -1)")
+        part = Map(self.map.plant)
+        part.columns = {target: self.map.columns[target] for pair in pairs for target in pair} | {"time_s": self.map.columns["time_s"]}
+        series, _ = assemble.series_of([replace(table, notes=[]) for table in self.tables], part, self.times)
+        for angle, other in pairs:
+            together = _at_the_angles(series[angle], series[other])
+            if other == "joint_velocity_rad_s":
+                self._check_speed(*together)
+            elif "joint_load_Nm" not in self.map.columns and guess.power_sign(*together) < PASSIVE:
+                self.doubts.append(f"{other}: it works against the motion of {angle} on the whole: is its sign turned? (sign: -1)")
 
     def _check_speed(self, angle, speed, seconds):
         slope, likeness = guess.agreement(angle, speed, seconds)
         if abs(likeness) > 0.7 and not 0.8 < slope < 1.25:
             self.doubts.append(f"joint_velocity_rad_s: it is {slope:.4g} times the derivative of joint_rad: one of their units or signs is wrong")
+
+
+def _at_the_angles(angle, other):
+    """(angle, other, instants [s]); NaN where the other's clock has no sample near."""
+    values, good = (other.values, True) if other.number == angle.number else other.at(angle.seconds)
+    return angle.values, np.where(good, values, np.nan), angle.seconds
 
 
 def _is_clock(candidate):
