@@ -20,17 +20,11 @@ TOLERATED_PER_FREEDOM = 0.10  # excess that the reconstruction itself leaves, pe
 TOLERATED_OF_SIGNAL = 0.007  # and of the measured torque
 DETECTION_THRESHOLD = 40.0  # chi-square
 DETECTION_THRESHOLD_PER_FREEDOM = 0.0075
-LEAST_Z = 3.0  # of the gain over blocks
+LEAST_Z = 2.0  # of the gain over blocks
 LIKELY_NOTHING = 0.5
-# an effect that few blocks show, and that explains all they have: slow ramps alone tell what happens near standstill
-ALL_OF_IT, STEPS_OF_ALL, LEAST_Z_OF_ALL = 0.9, 10.0, 2.0
-SECOND_MUST_CLOSE = 0.45  # of what the first leaves
+FURTHER_MUST_CLOSE = 0.45  # of what the effects before it leave
 LEFT_BY_A_FORM = 0.02  # of what an effect explains: so much another form of it may well leave
-SINGLE_JOINT_LEAST_Z = 2.0  # recordings of one joint have few blocks
-THIRD_MUST_CLOSE = 0.60
-SINGLE_JOINT_THIRD_MUST_CLOSE = 0.45  # machines leave more than twins
-CLOSED_ENOUGH = 0.01  # of the excess: no further effect is looked for
-SINGLE_JOINT_CLOSED_ENOUGH = 0.002  # a wrong constant beside a sensor closes nearly all, and what it hides is real
+CLOSED_ENOUGH = 0.002  # of the excess: no further effect is looked for
 STEPS_OF_A_FURTHER = 2.5  # least steps; of 70 benches with two effects none that was true gained less than 3
 COLUMN_PRICE = 2.0  # chi-square for each further column, whose choice the folds do not see
 BEAM = 3
@@ -265,18 +259,16 @@ class Search:
         """Is the step from one fit to another worth an effect? `share` of what is left must be closed, and the gain be worth
         some least steps."""
         tempered, z, closed = self.step(before, after)
-        all_of_it = closed > ALL_OF_IT and tempered > STEPS_OF_ALL * self.detection_threshold
-        least_z = LEAST_Z if self.dataset.joints > 1 else SINGLE_JOINT_LEAST_Z
-        enough = tempered > steps * self.detection_threshold and z > (min(least_z, LEAST_Z_OF_ALL) if all_of_it else least_z)
+        enough = tempered > steps * self.detection_threshold and z > LEAST_Z
         return bool(enough and (share == 0 or closed > share) and self.nothing(before, after) < LIKELY_NOTHING)
 
-    def is_worth_adding(self, before, after, share):
+    def is_worth_adding(self, before, after):
         """Is a further effect, the last of `after`, more than what another form of the effect at its joint would do?"""
         shaped = [c for c in before.chosen if self._has_other_forms(c) and is_near(c, after.chosen[-1])]
         explained = self.fit([c for c in before.chosen if c not in shaped]).excess - before.excess
         if before.excess - self.tolerated < LEFT_BY_A_FORM * explained:
             return False
-        return self.significant(before, after, share, STEPS_OF_A_FURTHER)
+        return self.significant(before, after, FURTHER_MUST_CLOSE, STEPS_OF_A_FURTHER)
 
     def _has_other_forms(self, candidate):
         """A wrong constant has none."""
@@ -301,11 +293,10 @@ class Search:
         second = self.all_refined(self.reshaped(min(following, key=lambda fit: fit.excess)))
         led = [self.all_refined(self.reshaped(fit)) for fit in self._something(best, self.led_to(best.chosen, second.excess))]
         second = min([second, *led], key=lambda fit: fit.excess)
-        if not self.is_worth_adding(best, second, SECOND_MUST_CLOSE) or self.is_nothing(best, second):
+        if not self.is_worth_adding(best, second) or self.is_nothing(best, second):
             return best
         if self._worth_more(second) and (third := self._something(second, self.scan(second.chosen))):
-            least = THIRD_MUST_CLOSE if self.dataset.joints > 1 else SINGLE_JOINT_THIRD_MUST_CLOSE
-            if self.is_worth_adding(second, third[0], least) and not self.is_nothing(second, third[0]):
+            if self.is_worth_adding(second, third[0]) and not self.is_nothing(second, third[0]):
                 return self.ordered(self.all_refined(third[0]))
         return self.ordered(second)
 
@@ -316,10 +307,9 @@ class Search:
     def _worth_more(self, fit):
         """Is there a kind of channel in which enough stands open? A fine encoder's gap can dwarf the others'."""
         plain, now = (self.gram.held_out_blocks(self.columns(x.chosen)) for x in (self.plain, fit))
-        enough = CLOSED_ENOUGH if self.dataset.joints > 1 else SINGLE_JOINT_CLOSED_ENOUGH
         for kind in self.dataset.kinds:
             known = self.dataset.freedom(kind) + self.floor_of[kind]
-            if now[kind].sum() - known > max(enough * (plain[kind].sum() - known), DETECTION_THRESHOLD):
+            if now[kind].sum() - known > max(CLOSED_ENOUGH * (plain[kind].sum() - known), DETECTION_THRESHOLD):
                 return True
         return False
 

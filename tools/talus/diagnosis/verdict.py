@@ -8,19 +8,14 @@ from .calibration import further
 from .search import COLUMN_PRICE, STEPS_WITHIN_TOLERANCE
 from .calibration.stability import survives
 
-UNKNOWN_SHARE = 0.30  # of the excess: left open, and the cause counts as unknown with probability one half
-UNKNOWN_SHARE_OF_ONE_LAW = 0.03  # of an effect that stands alone and has no other form
-UNKNOWN_SHARE_OF_ONE_JOINT = 0.65  # one joint alone is a machine's, and those leave more than twins
+UNKNOWN_SHARE = 0.45  # of the excess: left open, and the cause counts as unknown with probability one half
 LEFT_OF_ONE_JOINT = 0.82  # of its whole error, noise and all: what takes less away is one of many small causes, not the cause
 MOST_OF_RECONSTRUCTION = 0.9  # of what is left: the model errs a little in any case
 LEFT_WIDTH = 0.03  # of the logarithm
 NOTHING_FACTOR = 2.5  # of the tolerated excess: without any effect, none and unknown are equally likely
 LOGIT_WIDTH = 0.35  # of the logarithm
-TEMPERATURE = 50.0  # chi-square by which equally good shapes of different effects differ anyhow
-TEMPERATURE_OF_ONE_JOINT = 15.0  # the best of 1,000 columns gains that in white noise, and there are few instants
-TEMPERATURE_OF_REST = 0.25
-TEMPERATURE_OF_REST_OF_ONE_JOINT = 0.1
-TEMPERATURE_OF_EXCESS = 0.0005
+TEMPERATURE = 15.0  # chi-square: the best of 1,000 columns gains that in white noise
+TEMPERATURE_OF_REST = 0.1
 TEMPERATURE_OF_NESTED = 4.0  # where the better form holds the other: what is left tells how far noise alone decides
 TEMPERATURE_OF_REST_OF_NESTED = 0.03  # of all that the torque there shows above noise
 ADDS_NOTHING = 4.0  # chi-square that a form may gain beside one that holds it
@@ -107,22 +102,14 @@ def without_cause(search, nothing, unknown, gap_remains):
     return [(nothing, "none", "none"), ((1 - nothing) * unknown, "unknown", "none")]
 
 
-def most_open(search, fit):
-    """Share of the systematic excess that may be left: there, the cause counts as unknown with probability one half."""
-    if search.dataset.joints == 1:
-        return UNKNOWN_SHARE_OF_ONE_JOINT
-    alone = len(fit.chosen) == 1 and search.dataset.effects[fit.chosen[0].effect].one_form
-    return UNKNOWN_SHARE_OF_ONE_LAW if alone else UNKNOWN_SHARE
-
-
-def still_open(search, fit, most):
+def still_open(search, fit):
     """Share of the systematic excess that is left: of all channels, or of those at the joint of the first
     effect, where it closes much of the whole. What nothing explains at another joint does not make it less sure."""
     dataset = search.dataset
     left, whole = search.above_floor(fit), search.above_floor(search.plain)
     share = left / max(whole, 1.0)
     own = dataset.kinds_at(fit.chosen[0].joint)
-    if own == dataset.kinds or share < most:
+    if own == dataset.kinds or share < UNKNOWN_SHARE:
         return share
     before, after = search.above_floor(search.plain, own), search.above_floor(fit, own)
     if before - after < LEAST_PART_OF_ALL * whole or after / before > share:
@@ -143,11 +130,9 @@ def left_of_the_whole(search, fit):
     return logistic((left - math.log(LEFT_OF_ONE_JOINT)) / LEFT_WIDTH)
 
 
-def temperature_of(search, left, before):
+def temperature_of(left):
     """By how much chi-square differs between forms that are equally good: the more is left, the more."""
-    leg = search.dataset.joints > 1
-    least, of_rest = (TEMPERATURE, TEMPERATURE_OF_REST) if leg else (TEMPERATURE_OF_ONE_JOINT, TEMPERATURE_OF_REST_OF_ONE_JOINT)
-    return least + of_rest * left + TEMPERATURE_OF_EXCESS * before
+    return TEMPERATURE + TEMPERATURE_OF_REST * left
 
 
 class Odds:
@@ -156,9 +141,9 @@ class Odds:
 
     def __init__(self, search, fit):
         self.search, self.fit = search, fit
-        plain, self.mine = search.held_out_excess([]), search.held_out_excess(fit.chosen)
-        left = {kind: max(self.mine[kind] - search.tolerated_of[kind], 0.0) for kind in plain}
-        self.temperature = {kind: temperature_of(search, left[kind], max(plain[kind], 0.0)) for kind in plain}
+        self.mine = search.held_out_excess(fit.chosen)
+        left = {kind: max(excess - search.tolerated_of[kind], 0.0) for kind, excess in self.mine.items()}
+        self.temperature = {kind: temperature_of(excess) for kind, excess in left.items()}
         own = sum(self.mine[kind] for kind in search.dataset.kinds_at(fit.chosen[0].joint) if kind[0] == "T")
         self.nested_temperature = TEMPERATURE_OF_NESTED + TEMPERATURE_OF_REST_OF_NESTED * max(own, 0.0)
 
@@ -226,9 +211,8 @@ def first_judgement(search, fit):
     gap_remains = remaining(search)
     if not fit.chosen:
         return Verdict(no_effect(1.0, gap_remains), fit, 1.0 if gap_remains > 0.5 else 0.0)
-    most = most_open(search, fit)
-    open_share = still_open(search, fit, most)
-    unknown = logistic((math.log(max(open_share, 1e-4)) - math.log(most)) / LOGIT_WIDTH)
+    open_share = still_open(search, fit)
+    unknown = logistic((math.log(max(open_share, 1e-4)) - math.log(UNKNOWN_SHARE)) / LOGIT_WIDTH)
     little = left_of_the_whole(search, fit)
     unknown = max(unknown, little)
     others = rivals(search, fit)

@@ -40,5 +40,4 @@ EFFECT = Effect(
     candidates=candidates,
     size=size,
     coordinates=("velocity",),
-    one_form=True,
 )

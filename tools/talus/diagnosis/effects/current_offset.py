@@ -33,6 +33,5 @@ EFFECT = Effect(
     size=size,
     coordinates=("current", "velocity", "position"),
     needs="rest",
-    one_form=True,
     in_offset=True,
 )

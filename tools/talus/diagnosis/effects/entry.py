@@ -31,9 +31,6 @@ class Effect:
     several: bool = False
     """Two of its shapes may act at once: two orders, two modes."""
 
-    one_form: bool = False
-    """Its law has no other form. Where it is the only cause, it must close nearly all of the gap."""
-
     integrated: bool = False
     """Each shape is an equation of motion to be integrated: only some are tried in the first search."""
 

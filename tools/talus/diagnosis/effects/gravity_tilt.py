@@ -25,5 +25,4 @@ EFFECT = Effect(
     size=size,
     coordinates=("position",),
     needs="turned base",
-    one_form=True,
 )
