@@ -12,7 +12,7 @@ from scipy.stats import norm
 from support import REPOSITORY, run
 
 import talus
-from talus.diagnosis import verdict
+from talus.diagnosis import thresholds, verdict
 from talus.diagnosis.calibration import gains, lowpass
 from talus.diagnosis.calibration.gains import Calibration
 from talus.diagnosis.calibration.replicates import Source, driven
@@ -41,10 +41,10 @@ def diagnosed(folder, model, path, *options):
 
 def test_the_probability_is_the_formula_of_the_docs():
     nulls, own = [12.0, 30.0, 18.0], 400.0
-    logs = np.log(np.array(nulls) + gains.FLOOR)
-    width = math.sqrt(np.var(logs, ddof=1) * (1 + 1 / 3) + gains.MISFIT**2)
-    z = (math.log(own + gains.FLOOR) - logs.mean()) / width
-    null, other = norm.pdf(z) / width, norm.cdf(z - gains.VISIBLE) / gains.RANGE
+    logs = np.log(np.array(nulls) + thresholds.FLOOR)
+    width = math.sqrt(np.var(logs, ddof=1) * (1 + 1 / 3) + thresholds.MISFIT**2)
+    z = (math.log(own + thresholds.FLOOR) - logs.mean()) / width
+    null, other = norm.pdf(z) / width, norm.cdf(z - thresholds.DEVIATIONS) / thresholds.RANGE
     found = Calibration({KEY: own}, [{KEY: x} for x in nulls], {"T0": 0.0}, 0.0)
     assert found.nothing(KEY, own) == pytest.approx(null / (null + other), rel=1e-9)
     assert found.nothing_at_all() == pytest.approx(null / (null + other), rel=1e-9)
@@ -56,7 +56,7 @@ def test_where_nothing_is_hidden_an_effect_is_seldom_likely():
     random, wrong, claimed = np.random.default_rng(3), 0, []
     for _ in range(2000):
         draws = np.exp(random.normal(4.0, 0.3, 10))
-        own = float(draws[0] * np.exp(random.normal(0.0, gains.MISFIT)))
+        own = float(draws[0] * np.exp(random.normal(0.0, thresholds.MISFIT)))
         found = Calibration({KEY: own}, [{KEY: float(x)} for x in draws[1:]], {"T0": 0.0}, 0.0)
         claimed.append(found.nothing(KEY, own))
         wrong += claimed[-1] < 0.5
@@ -80,7 +80,7 @@ def test_an_effect_is_doubted_where_the_replicates_gain_more_by_another(monkeypa
         found = Calibration({KEY: 2800.0, other: own}, [{other: gain} for gain in nulls], {"T0": 0.0}, 0.0)
         judged = verdict.judge(SimpleNamespace(calibration=found), SimpleNamespace(chosen=[SimpleNamespace(key=KEY)]))
         assert found.nothing(KEY, 2800.0) < 0.01 and found.outdone() == doubted
-        assert judged.effect == KEY[0] and judged.probabilities[0][0] == pytest.approx(verdict.UNSTABLE_AT_MOST if doubted else 0.99)
+        assert judged.effect == KEY[0] and judged.probabilities[0][0] == pytest.approx(thresholds.UNSTABLE_AT_MOST if doubted else 0.99)
 
 
 # ---- replicates ------------------------------------------------------------------------
@@ -132,7 +132,7 @@ def test_coarse_encoders_get_a_slower_low_pass_and_fine_ones_do_not(tmp_path):
     """14 bits at 250 samples a second pull the inertia down by several percent at 30 Hz; 20 bits leave it alone."""
     fine = diagnosed(tmp_path, PENDULUM, bench(tmp_path, PENDULUM, "--duration", "40", "--encoder-bits", "20"), "--quick")
     coarse = diagnosed(tmp_path, PENDULUM, bench(tmp_path, PENDULUM, "--duration", "40", "--encoder-bits", "13"), "--quick")
-    assert fine["lowpass"]["hz"] == 30.0 and abs(fine["lowpass"]["inertia_bias"]) < lowpass.LEAVES_ALONE
+    assert fine["lowpass"]["hz"] == 30.0 and abs(fine["lowpass"]["inertia_bias"]) < thresholds.LEAVES_ALONE
     assert coarse["lowpass"]["hz"] < 30.0 and coarse["lowpass"]["from"] == "data"
 
 

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from talus.diagnosis import verdict
+from talus.diagnosis import thresholds, verdict
 from talus.diagnosis.calibration import further
 from talus.diagnosis.search import Search
 
@@ -47,7 +47,7 @@ def test_what_rivals_take_and_what_may_be_nothing_is_taken_off(judged):
 
 
 def test_what_half_the_low_pass_does_not_show_is_doubted(judged):
-    assert judged([1.0, 0.0], shown=False).further == {GIVEN.key: verdict.UNSTABLE_AT_MOST}
+    assert judged([1.0, 0.0], shown=False).further == {GIVEN.key: thresholds.UNSTABLE_AT_MOST}
     assert judged([1.0, 0.0]).further == {GIVEN.key: pytest.approx(1.0)}
 
 

@@ -150,7 +150,7 @@ class Dataset:
         """What the steps of both sensors of the ankle do to their difference (RMS)."""
         columns = self.processed_recordings[record].columns
         ratio = np.median(np.abs(self.transmissions[1].ratio(self.ankle_rad[record])))
-        steps = noise.detection_threshold(columns["ankle_joint_rad"]), noise.detection_threshold(columns["ankle_motor_rad"]) / ratio
+        steps = noise.quantisation_step(columns["ankle_joint_rad"]), noise.quantisation_step(columns["ankle_motor_rad"]) / ratio
         return np.hypot(*steps) / np.sqrt(12)
 
     def _irregular(self, channels, ratio):

@@ -2,7 +2,8 @@
 
 import math
 
-from .calibration.gains import FLOOR, gains_beside
+from .calibration.gains import gains_beside
+from .thresholds import FLOOR
 
 MOST = 6
 

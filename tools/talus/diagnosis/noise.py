@@ -175,7 +175,7 @@ def lasting_share(found):
     return float(correlation) if np.arctanh(correlation) * np.sqrt(instants - 3) > SIGNIFICANT else 0.0
 
 
-def detection_threshold(values):
+def quantisation_step(values):
     """The sensor's step: the smallest change that occurs."""
     change = np.abs(np.diff(values))
     change = change[change > 1e-9]

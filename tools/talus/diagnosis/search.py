@@ -14,24 +14,23 @@ from .figures import Residuals
 from .gram import Gram
 from .torque_terms import Extent, TorqueTerms
 from .shapes import REFINED_WITHIN, refined
+from .thresholds import (
+    COLUMN_PRICE,
+    DEVIATIONS,
+    FARTHEST,
+    FARTHEST_FROM_IDENTIFIED,
+    HALF,
+    LEAST_STEP,
+    LEAST_STEP_PER_FREEDOM,
+    LEFT_BY_A_FORM,
+    PART,
+    TIMES_TOLERATED,
+    TOLERATED_OF_SIGNAL,
+    TOLERATED_PER_FREEDOM,
+)
 
-# docs/diagnosis.md has the reason of each
-TOLERATED_PER_FREEDOM = 0.10  # excess that the reconstruction itself leaves, per degree of freedom
-TOLERATED_OF_SIGNAL = 0.007  # and of the measured torque
-DETECTION_THRESHOLD = 40.0  # chi-square
-DETECTION_THRESHOLD_PER_FREEDOM = 0.0075
-LEAST_Z = 2.0  # of the gain over blocks
-LIKELY_NOTHING = 0.5
-FURTHER_MUST_CLOSE = 0.45  # of what the effects before it leave
-LEFT_BY_A_FORM = 0.02  # of what an effect explains: so much another form of it may well leave
-CLOSED_ENOUGH = 0.002  # of the excess: no further effect is looked for
-STEPS_OF_A_FURTHER = 2.5  # least steps; of 70 benches with two effects none that was true gained less than 3
-COLUMN_PRICE = 2.0  # chi-square for each further column, whose choice the folds do not see
 BEAM = 3
 INERTIAL = ("shank_inertia", "shank_moment", "foot_moment", "foot_inertia")  # the leg's first base parameters
-FARTHEST, FARTHEST_FROM_IDENTIFIED = 1.2, 0.5  # of its value there, that such a parameter may be off beside an effect
-JOINED_MUST_CLOSE = 0.2
-STEPS_WITHIN_TOLERANCE = 2.5  # least steps that a gain must be worth where the tolerance alone explains the excess
 MOST_JOINED = 4
 PROMISING = 0.2  # of the best gain in a first look: less, and the shapes of a body to be stepped stay few
 REFINED = 3  # of the best effects, between the grid's shapes
@@ -67,7 +66,7 @@ class Search:
         self.extent = Extent(self.all_terms)
         self.gram = Gram(dataset, self.all_terms, choose(candidates(dataset, self.all_terms, self.extent)))
         self.freedom = dataset.freedom()
-        self.detection_threshold = DETECTION_THRESHOLD + DETECTION_THRESHOLD_PER_FREEDOM * self.freedom
+        self.detection_threshold = LEAST_STEP + LEAST_STEP_PER_FREEDOM * self.freedom
         self.plain = self.fit([])
         self.tolerated_of = {kind: self._tolerated(kind) for kind in dataset.kinds}
         self.tolerated = sum(self.tolerated_of.values())
@@ -169,8 +168,8 @@ class Search:
         found = self.beside(others, [joined(last, c) for c in shapes])
         second = min(found, key=lambda f: f.excess, default=fit)
         # a second order that hides within the tolerance must be as plain as an effect that does
-        least = STEPS_WITHIN_TOLERANCE * self.detection_threshold if within else DETECTION_THRESHOLD
-        return second if fit.excess - second.excess > max(JOINED_MUST_CLOSE * (fit.excess - self.tolerated), least) else fit
+        least = TIMES_TOLERATED * self.detection_threshold if within else LEAST_STEP
+        return second if fit.excess - second.excess > max(PART * (fit.excess - self.tolerated), least) else fit
 
     def reshaped(self, fit):
         """Each chosen effect's shape looked for anew beside the others."""
@@ -259,8 +258,8 @@ class Search:
         """Is the step from one fit to another worth an effect? `share` of what is left must be closed, and the gain be worth
         some least steps."""
         tempered, z, closed = self.step(before, after)
-        enough = tempered > steps * self.detection_threshold and z > LEAST_Z
-        return bool(enough and (share == 0 or closed > share) and self.nothing(before, after) < LIKELY_NOTHING)
+        enough = tempered > steps * self.detection_threshold and z > DEVIATIONS
+        return bool(enough and (share == 0 or closed > share) and self.nothing(before, after) < HALF)
 
     def is_worth_adding(self, before, after):
         """Is a further effect, the last of `after`, more than what another form of the effect at its joint would do?"""
@@ -268,7 +267,7 @@ class Search:
         explained = self.fit([c for c in before.chosen if c not in shaped]).excess - before.excess
         if before.excess - self.tolerated < LEFT_BY_A_FORM * explained:
             return False
-        return self.significant(before, after, FURTHER_MUST_CLOSE, STEPS_OF_A_FURTHER)
+        return self.significant(before, after, HALF, TIMES_TOLERATED)
 
     def _has_other_forms(self, candidate):
         """A wrong constant has none."""
@@ -280,7 +279,7 @@ class Search:
         probability = calibration.nothing_of(before, after) if calibration else self.nothing(before, after)
         there = {c.key for c in before.chosen}
         self.further |= {c.key: probability for c in after.chosen if c.key not in there}
-        return probability > LIKELY_NOTHING
+        return probability > HALF
 
     def extended(self, singles):
         """One to three effects, from the ranking of single ones."""
@@ -302,16 +301,12 @@ class Search:
 
     def _something(self, before, found):
         """Of fits with one more effect those whose gain is not what replicates have, too: behind it another may stand."""
-        return [fit for fit in found if self.nothing(before, fit) < LIKELY_NOTHING]
+        return [fit for fit in found if self.nothing(before, fit) < HALF]
 
     def _worth_more(self, fit):
         """Is there a kind of channel in which enough stands open? A fine encoder's gap can dwarf the others'."""
-        plain, now = (self.gram.held_out_blocks(self.columns(x.chosen)) for x in (self.plain, fit))
-        for kind in self.dataset.kinds:
-            known = self.dataset.freedom(kind) + self.floor_of[kind]
-            if now[kind].sum() - known > max(CLOSED_ENOUGH * (plain[kind].sum() - known), DETECTION_THRESHOLD):
-                return True
-        return False
+        left = self.gram.held_out_blocks(self.columns(fit.chosen))
+        return any(left[kind].sum() - self.dataset.freedom(kind) - self.floor_of[kind] > LEAST_STEP for kind in self.dataset.kinds)
 
     def ordered(self, fit):
         """The effect without which the rest is worst comes first."""
@@ -369,7 +364,7 @@ def search(dataset, base, step=lambda text: None, seed=1, replicated=True):
     if replicated:
         second.calibrate(Replicator(sparse if dataset.at_motor else list, seed, step))
     step("combinations")
-    singles = [fit for fit in second.singles() if second.nothing(second.plain, fit) < LIKELY_NOTHING]
+    singles = [fit for fit in second.singles() if second.nothing(second.plain, fit) < HALF]
     if not singles or not second.significant(second.plain, singles[0], 0.0):
         return second, second.plain
     return second, second.extended(singles)

@@ -5,25 +5,24 @@ import math
 import numpy as np
 
 from .calibration import further
-from .search import COLUMN_PRICE, STEPS_WITHIN_TOLERANCE
 from .calibration.stability import survives
+from .thresholds import (
+    HALF,
+    LEFT_OF_ONE_JOINT,
+    LEFT_WIDTH,
+    LOGIT_WIDTH,
+    PART,
+    TEMPERATURE,
+    TEMPERATURE_OF_NESTED,
+    TEMPERATURE_OF_REST,
+    TEMPERATURE_OF_REST_OF_NESTED,
+    TIMES_TOLERATED,
+    UNSTABLE_AT_MOST,
+)
 
-UNKNOWN_SHARE = 0.45  # of the excess: left open, and the cause counts as unknown with probability one half
-LEFT_OF_ONE_JOINT = 0.82  # of its whole error, noise and all: what takes less away is one of many small causes, not the cause
 MOST_OF_RECONSTRUCTION = 0.9  # of what is left: the model errs a little in any case
-LEFT_WIDTH = 0.03  # of the logarithm
-NOTHING_FACTOR = 2.5  # of the tolerated excess: without any effect, none and unknown are equally likely
-LOGIT_WIDTH = 0.35  # of the logarithm
-TEMPERATURE = 15.0  # chi-square: the best of 1,000 columns gains that in white noise
-TEMPERATURE_OF_REST = 0.1
-TEMPERATURE_OF_NESTED = 4.0  # where the better form holds the other: what is left tells how far noise alone decides
-TEMPERATURE_OF_REST_OF_NESTED = 0.03  # of all that the torque there shows above noise
-ADDS_NOTHING = 4.0  # chi-square that a form may gain beside one that holds it
-HOPELESS = 60.0  # twice the logarithm of the odds: a rival that has so much against it
-LEAST_PART_OF_ALL = 0.25  # of the excess, closed at one joint, for a verdict on that joint alone
 STEPS_WIDTH = 0.5
-MOST_OPEN_OF_A_PART = 0.5  # beside `unknown`: an effect that closes less is no part of the gap, but its imitation
-UNSTABLE_AT_MOST = 0.45  # of an effect that half the low-pass does not show, or where the inertia is not known
+HOPELESS = 60.0  # twice the logarithm of the odds: a rival that has so much against it
 LEAST_PROBABILITY = 1e-4  # below it an alternative is not worth a line
 CONFUSABLE_ABOVE = 0.05
 
@@ -81,12 +80,12 @@ def nothing_there(search, fit):
 def too_little(search, fit):
     """Probability that what was gained within the tolerance is no effect."""
     gain = (search.plain.excess - fit.excess) / search.detection_threshold
-    return logistic((STEPS_WITHIN_TOLERANCE - gain) / STEPS_WIDTH)
+    return logistic((TIMES_TOLERATED - gain) / STEPS_WIDTH)
 
 
 def remaining(search):
     """Probability that there is a gap, where no effect is found: by its size, and by what the best effect gains of it."""
-    by_size = logistic((math.log(search.gap_over_floor()) - math.log(NOTHING_FACTOR)) / LOGIT_WIDTH)
+    by_size = logistic((math.log(search.gap_over_floor()) - math.log(TIMES_TOLERATED)) / LOGIT_WIDTH)
     return max(by_size, 1.0 - search.calibration.nothing_at_all() if search.calibration else 0.0)
 
 
@@ -109,10 +108,10 @@ def still_open(search, fit):
     left, whole = search.above_floor(fit), search.above_floor(search.plain)
     share = left / max(whole, 1.0)
     own = dataset.kinds_at(fit.chosen[0].joint)
-    if own == dataset.kinds or share < UNKNOWN_SHARE:
+    if own == dataset.kinds or share < HALF:
         return share
     before, after = search.above_floor(search.plain, own), search.above_floor(fit, own)
-    if before - after < LEAST_PART_OF_ALL * whole or after / before > share:
+    if before - after < PART * whole or after / before > share:
         return share
     return after / before
 
@@ -151,7 +150,7 @@ class Odds:
         """Do both fits together explain no more than the better one? Then that one holds the other, or is the true form."""
         more = [candidate for candidate in other.chosen if candidate not in self.fit.chosen]
         both = self.search.held_out_excess([*self.fit.chosen, *more])
-        return min(sum(theirs.values()), sum(self.mine.values())) - sum(both.values()) < ADDS_NOTHING
+        return min(sum(theirs.values()), sum(self.mine.values())) - sum(both.values()) < TEMPERATURE_OF_NESTED
 
     def of(self, other):
         """Likelihood of another fit beside that of the first."""
@@ -161,12 +160,7 @@ class Odds:
             return 0.0
         if self._adds_nothing(other, theirs):
             worse = (sum(theirs.values()) - sum(self.mine.values())) / self.nested_temperature
-        price = COLUMN_PRICE * (columns(other) - columns(self.fit)) / TEMPERATURE
-        return math.exp(-0.5 * max(worse + price, 0.0))
-
-
-def columns(fit):
-    return sum(len(candidate.columns) - 1 for candidate in fit.chosen)
+        return math.exp(-0.5 * max(worse, 0.0))
 
 
 def rivals(search, fit):
@@ -212,7 +206,7 @@ def first_judgement(search, fit):
     if not fit.chosen:
         return Verdict(no_effect(1.0, gap_remains), fit, 1.0 if gap_remains > 0.5 else 0.0)
     open_share = still_open(search, fit)
-    unknown = logistic((math.log(max(open_share, 1e-4)) - math.log(UNKNOWN_SHARE)) / LOGIT_WIDTH)
+    unknown = logistic((math.log(max(open_share, 1e-4)) - math.log(HALF)) / LOGIT_WIDTH)
     little = left_of_the_whole(search, fit)
     unknown = max(unknown, little)
     others = rivals(search, fit)
@@ -222,7 +216,7 @@ def first_judgement(search, fit):
     no_cause = without_cause(search, nothing, unknown, gap_remains)
     verdict = Verdict([*probabilities, *no_cause], fit, open_share)
     verdict.rivals = others
-    imitates = open_share > MOST_OPEN_OF_A_PART or little > 0.5
+    imitates = open_share > HALF or little > HALF
     if verdict.effect == "none" or (verdict.effect == "unknown" and imitates):
         verdict.fit = search.plain
         return verdict

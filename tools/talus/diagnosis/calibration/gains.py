@@ -4,7 +4,7 @@ Gains of one effect at one joint, each of the best shape, are lognormal over rep
 logarithms' mean and deviation over B replicates, x that of the recording's own gain, K the number of effects and joints tried,
 
     w^2 = s^2 (1 + 1/B) + MISFIT^2,   z = (x - m) / w,
-    P(nothing) = n(z)/w / (n(z)/w + N(z - VISIBLE) / (K RANGE)),
+    P(nothing) = n(z)/w / (n(z)/w + N(z - DEVIATIONS) / (K RANGE)),
 
 n and N the normal density and distribution: without the effect x is one more replicate, with it x lies anywhere in a range above
 what the recording can show, each size as likely as the next, and before the data each of the K is as likely as any other
@@ -17,15 +17,12 @@ from concurrent.futures import ProcessPoolExecutor
 
 import numpy as np
 
+from ..thresholds import DEVIATIONS, FLOOR, MISFIT, RANGE
 from . import replicates
 
 PROCESSES = 2
 FEWEST, MOST = 3, 9  # replicates: more where the first ones leave it open
 SURE_BELOW, SURE_ABOVE = 0.5, 5.0  # widths from the nulls' middle, beyond which more replicates would change nothing
-MISFIT = 0.6  # of the logarithm: how far the gains of simulated nulls are off those of recordings with nothing hidden
-RANGE = math.log(1000.0)  # of an effect's gain over the least that shows, before the data
-VISIBLE = 2.0  # widths above the nulls' middle: what gains less this recording does not show in 19 of 20 cases
-FLOOR = 8.0  # chi-square, added to gains: below it the logarithm tells noise apart from noise
 
 
 class Calibration:
@@ -83,7 +80,7 @@ class Calibration:
     def _probability(z, width, tried):
         """Of nothing, of a gain that lies z widths above the nulls' and is one of many that were tried."""
         null = math.exp(-0.5 * z * z) / math.sqrt(2 * math.pi) / width
-        other = 0.5 * math.erfc((VISIBLE - z) / math.sqrt(2)) / RANGE / tried
+        other = 0.5 * math.erfc((DEVIATIONS - z) / math.sqrt(2)) / RANGE / tried
         return null / (null + other) if null + other > 0 else float(z < 0)
 
 

@@ -18,13 +18,12 @@ from ..motion import inertia_over
 from ..processed_recording import ProcessedRecording
 from .replicates import Source, replicable
 from ..search import plain_base
+from ..thresholds import GIVES_UP, LEAVES_ALONE
 from ..torque_terms import model_at
 
 STEP = 1.5  # from one frequency to the next slower one
 SLOWEST_HZ = 5.0
-LEAVES_ALONE = 0.02  # of the inertia
 ALL_OF_IT = -1.0
-GIVES_UP = 0.1  # of the inertia: then these recordings cannot fix it
 
 
 @dataclass(frozen=True)

@@ -39,7 +39,7 @@ class Sensors:
         for name in dataset.model.sensor("velocity"):
             if name in processed.columns:
                 values = processed.columns[name]
-                self._angle(name, noise.detection_threshold(values), noise.above_motion(values))
+                self._angle(name, noise.quantisation_step(values), noise.above_motion(values))
         self._second(dataset)
         self.torque = [self._torque(dataset, record, j) for j in range(dataset.joints)]
 
@@ -64,7 +64,7 @@ class Sensors:
             self.noise[motor] = min(self.noise[motor], dataset.sigma[kind] * ratio)
             first = self.step[motor] / np.sqrt(12) + self.noise[motor]
             own = max(dataset.sigma[kind] ** 2 - (first / ratio) ** 2, 0.0)
-            step = min(noise.detection_threshold(self.processed.columns[name]), shows)
+            step = min(noise.quantisation_step(self.processed.columns[name]), shows)
             self._angle(name, step, np.sqrt(own))
 
     def _torque(self, dataset, record, joint):

@@ -5,7 +5,8 @@ import math
 import numpy as np
 
 from ..effects import known
-from ..verdict import CONFUSABLE_ABOVE, TEMPERATURE
+from ..thresholds import TEMPERATURE
+from ..verdict import CONFUSABLE_ABOVE
 from .menu import LONGEST_S, MARGIN
 from .planned import Planned
 

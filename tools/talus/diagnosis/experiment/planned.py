@@ -45,7 +45,7 @@ def angles(dataset, q):
 
 def rounded(values, like):
     """With the resolution of a column that was recorded; times stay."""
-    step = noise.detection_threshold(like[:4000])
+    step = noise.quantisation_step(like[:4000])
     return values if step <= 0 or np.all(np.diff(values) > 0) else np.round(values / step) * step
 
 
