@@ -19,6 +19,7 @@ from .thresholds import (
     DEVIATIONS,
     FARTHEST,
     FARTHEST_FROM_IDENTIFIED,
+    FURTHER_MUST_CLOSE,
     HALF,
     LEAST_STEP,
     LEAST_STEP_PER_FREEDOM,
@@ -267,7 +268,7 @@ class Search:
         explained = self.fit([c for c in before.chosen if c not in shaped]).excess - before.excess
         if before.excess - self.tolerated < LEFT_BY_A_FORM * explained:
             return False
-        return self.significant(before, after, HALF, TIMES_TOLERATED)
+        return self.significant(before, after, FURTHER_MUST_CLOSE, TIMES_TOLERATED)
 
     def _has_other_forms(self, candidate):
         """A wrong constant has none."""

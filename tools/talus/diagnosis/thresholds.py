@@ -26,8 +26,9 @@ FLOOR = 8.0  # chi-square, added to gains: below it the logarithm tells noise ap
 # ---- this effect, or another, or none of the catalogue -------------------------------------
 
 HALF = 0.5
-"""Of what stands open: a further effect must close more; where a cause leaves as much, `unknown` is as likely; and what closes less
-is no part of a gap, but its imitation. Of probabilities: what is likelier to be nothing than not is not taken."""
+"""Of what stands open: where a cause leaves as much, `unknown` is as likely, and what closes less is no part of a gap, but its
+imitation. Of probabilities: what is likelier to be nothing than not is not taken."""
+FURTHER_MUST_CLOSE = 0.45  # of what stands open: an approximate form of the first effect leaves what a wrong second one fits
 LOGIT_WIDTH = 0.35  # of the logarithm of such a share
 COLUMN_PRICE = 2.0  # chi-square for each further column, whose choice the folds do not see
 LEFT_BY_A_FORM = 0.02  # of what an effect explains: so much another form of it may well leave
