@@ -12,8 +12,8 @@ from scipy.stats import norm
 from support import REPOSITORY, run
 
 import talus
-from talus.diagnosis import thresholds, verdict
-from talus.diagnosis.calibration import gains, lowpass
+from talus.diagnosis import verdict
+from talus.diagnosis.calibration import gains, lowpass, thresholds
 from talus.diagnosis.calibration.gains import Calibration
 from talus.diagnosis.calibration.replicates import Source, driven
 from talus.diagnosis.search import plain_base

@@ -5,8 +5,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from talus.diagnosis import thresholds, verdict
-from talus.diagnosis.calibration import further
+from talus.diagnosis import verdict
+from talus.diagnosis.calibration import further, thresholds
 from talus.diagnosis.search import Search
 
 

@@ -5,7 +5,7 @@ import math
 import re
 
 from support import REPOSITORY
-from talus.diagnosis import thresholds
+from talus.diagnosis.calibration import thresholds
 
 DIAGNOSIS = REPOSITORY / "tools/talus/diagnosis"
 ROW = re.compile(r"^\| (`[A-Z_]+`(?:, `[A-Z_]+`)*) \| ([^|]+) \| [^|]{20,} \|$", re.MULTILINE)

@@ -3,7 +3,7 @@
 import math
 
 from .calibration.gains import gains_beside
-from .thresholds import FLOOR
+from .calibration.thresholds import FLOOR
 
 MOST = 6
 

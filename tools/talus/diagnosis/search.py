@@ -14,7 +14,7 @@ from .figures import Residuals
 from .gram import Gram
 from .torque_terms import Extent, TorqueTerms
 from .shapes import REFINED_WITHIN, refined
-from .thresholds import (
+from .calibration.thresholds import (
     COLUMN_PRICE,
     DEVIATIONS,
     FARTHEST,

@@ -6,13 +6,14 @@ import numpy as np
 
 from .calibration import further
 from .calibration.stability import survives
-from .thresholds import (
+from .calibration.thresholds import (
     HALF,
     LEFT_OF_ONE_JOINT,
     LEFT_WIDTH,
     LOGIT_WIDTH,
     PART,
     TEMPERATURE,
+    TEMPERATURE_OF_EXCESS,
     TEMPERATURE_OF_NESTED,
     TEMPERATURE_OF_REST,
     TEMPERATURE_OF_REST_OF_NESTED,
@@ -129,9 +130,9 @@ def left_of_the_whole(search, fit):
     return logistic((left - math.log(LEFT_OF_ONE_JOINT)) / LEFT_WIDTH)
 
 
-def temperature_of(left):
-    """By how much chi-square differs between forms that are equally good: the more is left, the more."""
-    return TEMPERATURE + TEMPERATURE_OF_REST * left
+def temperature_of(left, before):
+    """By how much chi-square differs between forms that are equally good: the more is left, and was there before, the more."""
+    return TEMPERATURE + TEMPERATURE_OF_REST * left + TEMPERATURE_OF_EXCESS * before
 
 
 class Odds:
@@ -140,9 +141,9 @@ class Odds:
 
     def __init__(self, search, fit):
         self.search, self.fit = search, fit
-        self.mine = search.held_out_excess(fit.chosen)
-        left = {kind: max(excess - search.tolerated_of[kind], 0.0) for kind, excess in self.mine.items()}
-        self.temperature = {kind: temperature_of(excess) for kind, excess in left.items()}
+        plain, self.mine = search.held_out_excess([]), search.held_out_excess(fit.chosen)
+        left = {kind: max(self.mine[kind] - search.tolerated_of[kind], 0.0) for kind in plain}
+        self.temperature = {kind: temperature_of(left[kind], max(plain[kind], 0.0)) for kind in plain}
         own = sum(self.mine[kind] for kind in search.dataset.kinds_at(fit.chosen[0].joint) if kind[0] == "T")
         self.nested_temperature = TEMPERATURE_OF_NESTED + TEMPERATURE_OF_REST_OF_NESTED * max(own, 0.0)
 

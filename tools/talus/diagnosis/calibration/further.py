@@ -2,7 +2,7 @@
 that half the low-pass shows it as well. It is judged as the first one is, in its own place beside all the others."""
 
 from .. import verdict as first
-from ..thresholds import UNSTABLE_AT_MOST
+from .thresholds import UNSTABLE_AT_MOST
 from .stability import survives
 
 

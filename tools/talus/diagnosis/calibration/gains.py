@@ -17,7 +17,7 @@ from concurrent.futures import ProcessPoolExecutor
 
 import numpy as np
 
-from ..thresholds import DEVIATIONS, FLOOR, MISFIT, RANGE
+from .thresholds import DEVIATIONS, FLOOR, MISFIT, RANGE
 from . import replicates
 
 PROCESSES = 2

@@ -18,7 +18,7 @@ from ..motion import inertia_over
 from ..processed_recording import ProcessedRecording
 from .replicates import Source, replicable
 from ..search import plain_base
-from ..thresholds import GIVES_UP, LEAVES_ALONE
+from .thresholds import GIVES_UP, LEAVES_ALONE
 from ..torque_terms import model_at
 
 STEP = 1.5  # from one frequency to the next slower one

@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from ..effects import known
-from ..thresholds import TEMPERATURE
+from ..calibration.thresholds import TEMPERATURE
 from ..verdict import CONFUSABLE_ABOVE
 from .menu import LONGEST_S, MARGIN
 from .planned import Planned

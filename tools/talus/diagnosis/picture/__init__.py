@@ -8,7 +8,7 @@ import talus
 from talus import constants
 
 from .. import words
-from ..thresholds import GIVES_UP
+from ..calibration.thresholds import GIVES_UP
 from ..words import Scale, sentence
 from . import maps
 from .maps import coordinate_unit

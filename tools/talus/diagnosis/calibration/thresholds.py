@@ -37,6 +37,7 @@ LEFT_OF_ONE_JOINT = 0.82  # of its whole error, noise and all: what takes less a
 LEFT_WIDTH = 0.03  # of its logarithm
 TEMPERATURE = 15.0  # chi-square: the best of 1,000 columns gains that in white noise
 TEMPERATURE_OF_REST = 0.1  # and of what is left: forms are approximate
+TEMPERATURE_OF_EXCESS = 0.0005  # and of the gap: a fine encoder shows what no form has exactly
 TEMPERATURE_OF_NESTED = 4.0  # where one form holds the other, noise alone decides
 TEMPERATURE_OF_REST_OF_NESTED = 0.03  # of all that the torque there shows above noise
 
