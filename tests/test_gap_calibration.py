@@ -128,6 +128,12 @@ def test_replicates_show_the_sensors_steps_and_differ(tmp_path):
 # ---- the low-pass ----------------------------------------------------------------------
 
 
+@pytest.mark.parametrize(("hz", "source", "halved"), [(9.9, "data", False), (10.0, "data", True), (6.0, "model", True), (6.0, "option", True)])
+def test_a_low_pass_that_the_data_ask_for_can_be_halved_down_to_5_hz(hz, source, halved):
+    """What a user gives is the user's word."""
+    assert lowpass.Lowpass(hz, source).cannot_be_halved is not halved
+
+
 def test_coarse_encoders_get_a_slower_low_pass_and_fine_ones_do_not(tmp_path):
     """14 bits at 250 samples a second pull the inertia down by several percent at 30 Hz; 20 bits leave it alone."""
     fine = diagnosed(tmp_path, PENDULUM, bench(tmp_path, PENDULUM, "--duration", "40", "--encoder-bits", "20"), "--quick")

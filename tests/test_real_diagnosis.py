@@ -74,6 +74,21 @@ def test_a_row_of_the_table(folder, name, verdict, probability, effects, before,
 
 
 @needs_data
+def test_a_joint_whose_low_pass_cannot_be_halved_has_no_cause_that_is_likelier_than_not(tmp_path):
+    """ur10e's joint 5, without the low-pass that its set recommends, asks for 6.8 Hz, where reversals are an imitation of play."""
+    model = model_of("ur10e", "ur10e_joint_5", tmp_path / "m.yaml")
+    del model["score"]
+    (tmp_path / "m.yaml").write_text(yaml.safe_dump(model))
+    run("talus-gap", "--quiet", "--model", tmp_path / "m.yaml", "--report", tmp_path / "gap.json", "--html", tmp_path / "gap.html",
+        data("ur10e_joints/ur10e_joint_5.csv"))  # fmt: skip
+    found = json.loads((tmp_path / "gap.json").read_text())
+    assert found["lowpass"]["from"] == "data" and found["lowpass"]["hz"] < 10
+    assert found["verdict"]["effect"] in ("none", "unknown") or found["verdict"]["probability"] < 0.5
+    assert all(effect["probability"] < 0.5 for effect in found["effects"])
+    assert "Half of that is too slow" in (tmp_path / "gap.html").read_text(encoding="utf-8")
+
+
+@needs_data
 def test_the_zero_of_a_sensor_is_told_with_its_size(tmp_path):
     """embir's README has -0.044 Nm at the sensor; the model takes it from the drive, so with the other sign."""
     found, _ = diagnose("embir", "embir_stall_27_04_2021_16-59-45", tmp_path)

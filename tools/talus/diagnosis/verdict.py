@@ -178,16 +178,16 @@ def shares(search, fit, others):
     return np.array(weight) / (float(np.sum(weight)) or 1.0)
 
 
-def judge(search, fit, half=None, inertia_known=True):
+def judge(search, fit, half=None, sound=True):
     """The verdict on a search's outcome, and the fit with the named effect in front. `half` makes the dataset through half the
-    low-pass, at which a named effect must show as well; where the sensors leave the inertia unknown, it may stand for that, and
-    where replicates gain more than the recordings, for what the readings do."""
+    low-pass, at which a named effect must show as well. It may stand for what the sensors did where these are not `sound` (they
+    leave the inertia unknown, or half the low-pass untried), and where replicates gain more than the recordings."""
     verdict = first_judgement(search, fit)
     if not verdict.fit.chosen:
         return verdict
     at_half = half() if half else None
     further.judged(search, verdict, at_half)
-    by_sensors = not inertia_known or bool(search.calibration and search.calibration.outdone())
+    by_sensors = not sound or bool(search.calibration and search.calibration.outdone())
     if by_sensors:
         verdict.further = {key: min(p, UNSTABLE_AT_MOST) for key, p in verdict.further.items()}
     if verdict.effect == "unknown":

@@ -40,6 +40,11 @@ class Lowpass:
         return self.bias is not None and abs(self.bias) > GIVES_UP
 
     @property
+    def cannot_be_halved(self):
+        """Do the data ask for one so slow that no verdict can be tried at half of it?"""
+        return self.source == "data" and 0.5 * self.hz < SLOWEST_HZ
+
+    @property
     def nothing_left(self):
         """Do they leave nothing of it at any frequency?"""
         return self.bias == ALL_OF_IT

@@ -8,6 +8,7 @@ import talus
 from talus import constants
 
 from .. import words
+from ..calibration.lowpass import Lowpass
 from ..calibration.thresholds import GIVES_UP
 from ..words import Scale, sentence
 from . import maps
@@ -169,6 +170,8 @@ def _calibration(report):
     seen += "." if bias is None else f"; there the sensors alone put the inertia {100 * bias:+.1f} % off."
     if bias is not None and abs(bias) > GIVES_UP:
         seen += " That is so much that an effect may stand for it: none is called more likely than not."
+    if Lowpass(report["lowpass"]["hz"], report["lowpass"]["from"]).cannot_be_halved:
+        seen += " Half of that is too slow for the named effect to be tried there: none is called more likely than not."
     if not report["calibrated"]:
         return f"{seen} The probabilities are not calibrated on these recordings: there are no replicates of them."
     steady = {True: " The named effect shows at half of that frequency, too.",
