@@ -71,12 +71,12 @@ def test_an_effect_well_above_its_nulls_is_kept_whatever_others_gain():
     assert found.nothing_at_all() < 0.01 or found.nothing_at_all() > 0.5  # by the largest: 1,400 is what elasticity gains anyhow
 
 
-def test_an_effect_is_doubted_where_the_replicates_gain_more_by_another(monkeypatch):
+def test_an_effect_is_doubted_where_the_replicates_gain_nearly_as_much_by_another(monkeypatch):
     """What the readings do to the one there they may do to the other here."""
     other, nulls = ("elasticity", "joint"), (3700.0, 3500.0, 4000.0)
     surely = [(0.99, *KEY), (0.01, "none", "none")]
     monkeypatch.setattr(verdict, "first_judgement", lambda search, fit: verdict.Verdict(surely, fit, 0.1))
-    for own, doubted in ((3300.0, True), (40_000.0, False)):
+    for own, doubted in ((3300.0, True), (5500.0, True), (40_000.0, False)):
         found = Calibration({KEY: 2800.0, other: own}, [{other: gain} for gain in nulls], {"T0": 0.0}, 0.0)
         judged = verdict.judge(SimpleNamespace(calibration=found), SimpleNamespace(chosen=[SimpleNamespace(key=KEY)]))
         assert found.nothing(KEY, 2800.0) < 0.01 and found.outdone() == doubted

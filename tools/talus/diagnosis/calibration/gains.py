@@ -17,7 +17,7 @@ from concurrent.futures import ProcessPoolExecutor
 
 import numpy as np
 
-from .thresholds import DEVIATIONS, FLOOR, MISFIT, RANGE
+from .thresholds import DEVIATIONS, FLOOR, MISFIT, OUTDONE_BELOW, RANGE
 from . import replicates
 
 PROCESSES = 2
@@ -67,9 +67,9 @@ class Calibration:
         return self._probability(*self._largest(), 1)
 
     def outdone(self):
-        """Do the replicates' largest gains exceed that of the recordings? What the readings alone gain something so much may gain
-        another effect as much in the recordings."""
-        return self._largest()[0] < 0
+        """Do the replicates' largest gains come near that of the recordings? What the readings alone gain something so much may
+        gain another effect as much in the recordings."""
+        return self._largest()[0] < OUTDONE_BELOW
 
     def _largest(self):
         logs = [math.log(max(max(gains.values(), default=0.0), 0.0) + self.least) for gains in (self.own, *self.gains)]
