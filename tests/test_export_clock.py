@@ -113,18 +113,19 @@ SEEDS = range(10)
 
 
 class Machine:
-    """20 s from 5 s on, in which realtime is set once: its readings, and what it stamps."""
+    """20 s from 5 s on, in which realtime is set: its readings, and what it stamps."""
 
-    def __init__(self, seed, size_ns, told=True):
+    def __init__(self, seed, size_ns, told=True, again=()):
         self.generator = np.random.default_rng(seed)
         self.at, self.size_ns = int(self.generator.integers(7 * S, 23 * S)), size_ns
+        self.steps = [(self.at, size_ns), *((self.at + later, size) for later, size in again)]
         self.readings = [(t, False) for t in range(5 * S, 25 * S + 1, S)]
         if told:
-            self.readings.append((self.at + int(self.generator.integers(50_000, 3_000_000)), True))
+            self.readings += [(at + int(self.generator.integers(50_000, 3_000_000)), True) for at, _ in self.steps]
         self.clocks = [Clock(t, int(self.realtime(np.int64(t))), 500, is_set) for t, is_set in sorted(self.readings)]
 
     def realtime(self, t):
-        return t + EPOCH_NS + np.rint((t - 5 * S) * 30e-6).astype(np.int64) + self.size_ns * (t >= self.at)
+        return t + EPOCH_NS + np.rint((t - 5 * S) * 30e-6).astype(np.int64) + sum(size * (t >= at) for at, size in self.steps)
 
     def even(self, gap_ns):
         """Instants of frames, late by up to 0.2 ms."""
@@ -175,6 +176,23 @@ def test_frames_as_late_as_the_step_is_large():
         true_ns, model = t[t < 25 * S], ClockModel(machine.clocks)
         uncertain += is_uncertain(machine, true_ns, model.convert(machine.realtime(true_ns)), model.steps)
     assert uncertain >= 9
+
+
+SIZES_TWICE_NS = [(5 * S, -5 * S), (-5 * S, 5 * S), (5 * S, 3 * S), (-5 * S, -3 * S), (80_000_000, -20_000_000), (5_000_000, -5_000_000)]
+
+
+@pytest.mark.parametrize("gap_ns", [S, S // 10, S // 100, S // 1000], ids=["1s", "100ms", "10ms", "1ms"])
+@pytest.mark.parametrize("later_ns", [10_000_000, 300_000_000, S], ids=["10ms", "300ms", "1s"])
+def test_a_clock_that_is_set_twice_soon(gap_ns, later_ns):
+    """Often no frame came between the two steps."""
+    for first_ns, second_ns in SIZES_TWICE_NS:
+        for seed in SEEDS:
+            machine = Machine(seed, first_ns, again=[(later_ns, second_ns)])
+            true_ns, model = machine.even(gap_ns), ClockModel(machine.clocks)
+            off = np.abs(model.convert(machine.realtime(true_ns)) - true_ns)
+            told = sum(step.uncertain_ns * ((true_ns >= step.uncertain_from_ns - 1_000_000) & (true_ns <= step.uncertain_to_ns + 1_000_000)) for step in model.steps)
+            assert (off <= 100_000 + told).all() and len(model.steps) == 2, (first_ns, second_ns, seed)
+            assert gap_ns > S // 100 or not any(step.uncertain_ns for step in model.steps), (first_ns, second_ns, seed)
 
 
 @pytest.mark.parametrize("size_ns", [5 * S, -5 * S])

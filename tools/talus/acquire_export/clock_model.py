@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .step_search import first_behind
+from .step_search import MOST_AT_ONCE, first_behind
 
 MOST_DRIFT = 600e-6  # NTP slews by 500e-6, and quartzes differ
 READ_NS = 20_000  # two readings within less than this of a straight line are on it
@@ -131,7 +131,7 @@ class ClockModel:
     def edges(self, chunks, count):
         """The first frame behind each step, of the `count` frames of an interface; chunks(first): their stamps from one on."""
         begin, found = 0, []
-        for step in self.steps:
-            begin = first_behind(chunks, begin, count, step) if begin < count else count
+        for k in range(len(self.steps)):
+            begin = first_behind(chunks, begin, count, self.steps[k:k + MOST_AT_ONCE]) if begin < count else count
             found.append(begin)
         return found
