@@ -1,9 +1,15 @@
 """The export's clock model against clocks that are made here: what the true instants are is known."""
 
+import json
+from dataclasses import replace
+
 import numpy as np
 import pytest
+from bus_record import BEGIN_NS, frames_of, twin, write
 from talus.acquire_export import clock_model
+from talus.acquire_export.adapter_clock import Pair, to_monotonic
 from talus.acquire_export.clock_model import Clock, ClockModel
+from test_export import export, exported
 
 S = 10**9
 EPOCH_NS = 1_700_000_000 * S
@@ -98,3 +104,215 @@ def test_no_step_depends_on_where_chunks_end(seed):
         edges = model.edges(lambda first, chunk=chunk: (stamps[k:k + chunk] for k in range(first, len(stamps), chunk)), len(stamps))
         found.append((edges, [step.uncertain_ns for step in model.steps]))
     assert found[0] == found[1] == found[2] and len(found[0][0]) == 4
+
+
+# ---- stamps that stand wide apart, and steps of any size ---------------------------------------------
+
+SIZES_NS = [sign * int(size) for size in (5e6, 2e7, 8e7, 8e8, 5e9, 3.6e12) for sign in (1, -1)]
+SEEDS = range(10)
+
+
+class Machine:
+    """20 s from 5 s on, in which realtime is set: its readings, and what it stamps."""
+
+    def __init__(self, seed, size_ns, told=True, again=()):
+        self.generator = np.random.default_rng(seed)
+        self.at, self.size_ns = int(self.generator.integers(7 * S, 23 * S)), size_ns
+        self.steps = [(self.at, size_ns), *((self.at + later, size) for later, size in again)]
+        self.readings = [(t, False) for t in range(5 * S, 25 * S + 1, S)]
+        if told:
+            self.readings += [(at + int(self.generator.integers(50_000, 3_000_000)), True) for at, _ in self.steps]
+        self.clocks = [Clock(t, int(self.realtime(np.int64(t))), 500, is_set) for t, is_set in sorted(self.readings)]
+
+    def realtime(self, t):
+        return t + EPOCH_NS + np.rint((t - 5 * S) * 30e-6).astype(np.int64) + sum(size * (t >= at) for at, size in self.steps)
+
+    def even(self, gap_ns):
+        """Instants of frames, late by up to 0.2 ms."""
+        t = np.arange(5 * S + int(self.generator.integers(gap_ns)), 25 * S, gap_ns)
+        return t + self.generator.integers(0, 200_000, len(t))
+
+    def random(self, gap_ns):
+        return np.sort(self.generator.integers(5 * S, 25 * S, 20 * S // gap_ns))
+
+
+def is_uncertain(machine, true_ns, got_ns, steps):
+    """Each instant is right to 100 us, or lies where the step says how far it may be off; does the step say so?"""
+    off, (step,) = np.abs(got_ns - true_ns), steps
+    assert step.size_ns == pytest.approx(machine.size_ns, abs=100_000)
+    told = (true_ns >= step.uncertain_from_ns - 1_000_000) & (true_ns <= step.uncertain_to_ns + 1_000_000)
+    assert (off <= 100_000 + step.uncertain_ns * told).all()
+    return step.uncertain_ns > 0
+
+
+@pytest.mark.parametrize("told", [True, False], ids=["told", "found"])
+@pytest.mark.parametrize("gap_ns", [S, S // 10, S // 100, S // 1000], ids=["1s", "100ms", "10ms", "1ms"])
+def test_a_step_among_even_stamps_however_wide_apart(gap_ns, told):
+    for size_ns in SIZES_NS:
+        for seed in SEEDS:
+            machine = Machine(seed, size_ns, told)
+            true_ns, model = machine.even(gap_ns), ClockModel(machine.clocks)
+            assert not is_uncertain(machine, true_ns, model.convert(machine.realtime(true_ns)), model.steps), (size_ns, seed)
+
+
+@pytest.mark.parametrize("gap_ns", [S, S // 10, S // 100, S // 1000], ids=["1s", "100ms", "10ms", "1ms"])
+def test_a_step_among_random_stamps(gap_ns):
+    """No gap is usual here: where a step is not far larger than they are, some instants remain uncertain, and that is told."""
+    for size_ns in SIZES_NS:
+        uncertain = 0
+        for seed in SEEDS:
+            machine = Machine(seed, size_ns)
+            true_ns, model = machine.random(gap_ns), ClockModel(machine.clocks)
+            uncertain += is_uncertain(machine, true_ns, model.convert(machine.realtime(true_ns)), model.steps)
+        assert uncertain == 0 or abs(size_ns) < 10 * gap_ns, size_ns
+
+
+def test_frames_as_late_as_the_step_is_large():
+    """A sender that pauses by 5 ms now and then, and a step of 5 ms: which of them was the step nobody knows."""
+    uncertain = 0
+    for seed in SEEDS:
+        machine = Machine(seed, 5_000_000, told=False)
+        t = np.cumsum(S // 1000 + 5_000_000 * (machine.generator.random(16_000) < 0.02)) + 5 * S
+        true_ns, model = t[t < 25 * S], ClockModel(machine.clocks)
+        uncertain += is_uncertain(machine, true_ns, model.convert(machine.realtime(true_ns)), model.steps)
+    assert uncertain >= 9
+
+
+SIZES_TWICE_NS = [(5 * S, -5 * S), (-5 * S, 5 * S), (5 * S, 3 * S), (-5 * S, -3 * S), (80_000_000, -20_000_000), (5_000_000, -5_000_000)]
+
+
+@pytest.mark.parametrize("gap_ns", [S, S // 10, S // 100, S // 1000], ids=["1s", "100ms", "10ms", "1ms"])
+@pytest.mark.parametrize("later_ns", [10_000_000, 300_000_000, S], ids=["10ms", "300ms", "1s"])
+def test_a_clock_that_is_set_twice_soon(gap_ns, later_ns):
+    """Often no frame came between the two steps."""
+    for first_ns, second_ns in SIZES_TWICE_NS:
+        for seed in SEEDS:
+            machine = Machine(seed, first_ns, again=[(later_ns, second_ns)])
+            true_ns, model = machine.even(gap_ns), ClockModel(machine.clocks)
+            off = np.abs(model.convert(machine.realtime(true_ns)) - true_ns)
+            told = sum(step.uncertain_ns * ((true_ns >= step.uncertain_from_ns - 1_000_000) & (true_ns <= step.uncertain_to_ns + 1_000_000)) for step in model.steps)
+            assert (off <= 100_000 + told).all() and len(model.steps) == 2, (first_ns, second_ns, seed)
+            assert gap_ns > S // 100 or not any(step.uncertain_ns for step in model.steps), (first_ns, second_ns, seed)
+
+
+@pytest.mark.parametrize("size_ns", [5 * S, -5 * S])
+def test_no_frame_came_before_the_step_or_behind_it(size_ns):
+    machine = Machine(1, size_ns)
+    for some in (lambda t: t[t < machine.at], lambda t: t[t >= machine.at]):
+        true_ns, model = some(machine.even(S // 1000)), ClockModel(machine.clocks)
+        assert not is_uncertain(machine, true_ns, model.convert(machine.realtime(true_ns)), model.steps)
+
+
+def test_frames_that_contradict_the_readings_are_uncertain():
+    """Their stamps know nothing of a step of 5 s."""
+    machine = Machine(2, 5 * S)
+    model = ClockModel(machine.clocks)
+    model.convert(machine.even(S // 1000) + EPOCH_NS)
+    assert model.steps[0].uncertain_ns == pytest.approx(5 * S, abs=100_000)
+
+
+# ---- an adapter's own clock ------------------------------------------------------------------------
+
+
+def adapter_ns(t):
+    return 1000 + np.rint((t - 5 * S) * (1 + 80e-6)).astype(np.int64)
+
+
+def pairs_of(machine, frames):
+    """What the recorder notes: each second the newest frame that it has read by then."""
+    out = []
+    for look in range(5 * S + 300_000, 25 * S, S):
+        read = frames[frames <= look - int(machine.generator.integers(0, 2_000_000))][-1:]
+        for t in read.tolist():
+            place = sum(reading < look for reading, _ in machine.readings)
+            out.append(Pair(int(adapter_ns(np.int64(t))), int(machine.realtime(np.int64(t + t % 40_000))), place))
+    return out
+
+
+@pytest.mark.parametrize("told", [True, False], ids=["told", "found"])
+@pytest.mark.parametrize("gap_ns", [3 * S, S, S // 10, S // 1000], ids=["3s", "1s", "100ms", "1ms"])
+def test_a_step_among_the_pairs_of_an_adapter(gap_ns, told):
+    for size_ns in SIZES_NS:
+        for seed in SEEDS:
+            machine = Machine(seed, size_ns, told)
+            frames, model = machine.even(gap_ns), ClockModel(machine.clocks)
+            convert = to_monotonic(model, pairs_of(machine, frames))
+            assert not is_uncertain(machine, frames, convert(adapter_ns(frames)), model.steps), (size_ns, seed)
+
+
+def test_a_single_pair_near_a_step_is_uncertain():
+    """Nothing tells on which side of it the pair lies."""
+    machine = Machine(3, 20_000_000, told=False)
+    model = ClockModel(machine.clocks)
+    t = np.array([machine.at + 1_000_000])
+    place = sum(reading < t[0] for reading, _ in machine.readings)
+    convert = to_monotonic(model, [Pair(int(adapter_ns(t)[0]), int(machine.realtime(t)[0]), place)])
+    frames = machine.even(S // 10)
+    assert abs(convert(adapter_ns(t)) - t)[0] <= model.steps[0].uncertain_ns + 100_000
+    assert model.steps[0].uncertain_ns == pytest.approx(20_000_000, abs=100_000)
+    assert model.steps[0].uncertain_from_ns <= frames[0] and model.steps[0].uncertain_to_ns >= frames[-1]
+
+
+# ---- through the program ---------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def bench(tmp_path_factory):
+    recording = twin(tmp_path_factory.mktemp("bench"), duration=20)
+    return recording, frames_of(recording)
+
+
+STEP_AT_NS = 11_300_200_000
+
+
+def realtime(t, size_ns):
+    return BEGIN_NS + t + size_ns * (t >= STEP_AT_NS)
+
+
+def events_of(size_ns, pairs):
+    """The events file of a recorder that began with the bench, at 5 s on the monotonic clock."""
+    times = sorted([*((k * S, False) for k in range(22)), (STEP_AT_NS + 1_500_000, True)])
+    lines = [{"type": "header", "sources": [{"name": "can0", "kind": "can", "stamps": "hardware" if pairs else "software"}]}]
+    for t, is_set in times:
+        lines.append({"type": "clock", "mono_ns": 5 * S + t, "real_ns": realtime(t, size_ns), "width_ns": 500} | ({"set": True} if is_set else {}))
+        if pairs and not is_set and t:
+            newest = t - 300_000
+            lines.append({"type": "hardware_clock", "source": "can0", "hw_ns": newest + 1000, "real_ns": realtime(newest, size_ns)})
+    return "".join(json.dumps(line) + "\n" for line in lines)
+
+
+def check(bench, folder, size_ns, hardware):
+    recording, frames = bench
+    stamped = [replace(f, t_ns=f.t_ns - BEGIN_NS + 1000 if hardware else realtime(f.t_ns - BEGIN_NS, size_ns)) for f in frames]
+    path = write(folder / "rec.log", stamped)
+    (folder / "rec.jsonl").write_text(events_of(size_ns, hardware))
+    words = export(path, folder)
+    got, told = exported(folder)
+    assert told["clock"] == "CLOCK_MONOTONIC" and told["complete"] and told["faults"] == []
+    assert len(got) == len(recording) and np.ptp(got["time_s"] - recording["time_s"]) < 100e-6
+    (step,) = told["clock_steps"]
+    assert step["size_s"] == pytest.approx(size_ns / 1e9, abs=100e-6) and step["uncertain_s"] == 0
+    assert f"the clock was set {('forward', 'back')[size_ns < 0]} by {abs(size_ns) / 1e9:.6f} s" in words
+
+
+@pytest.mark.parametrize("size_ns", [5 * S, -5 * S, -20_000_000, 5_000_000])
+def test_a_record_across_a_step(bench, tmp_path, size_ns):
+    check(bench, tmp_path, size_ns, hardware=False)
+
+
+@pytest.mark.parametrize("size_ns", [800_000_000, -5 * S])
+def test_a_record_of_an_adapters_stamps_across_a_step(bench, tmp_path, size_ns):
+    check(bench, tmp_path, size_ns, hardware=True)
+
+
+def test_uncertain_instants_and_unrelated_stamps_are_told(bench, tmp_path):
+    """A step that the stamps contradict; and an adapter whose clock nothing relates to any other."""
+    path = write(tmp_path / "rec.log", bench[1])
+    (tmp_path / "rec.jsonl").write_text(events_of(5 * S, False))
+    words = export(path, tmp_path)
+    (step,) = exported(tmp_path)[1]["clock_steps"]
+    first, last = step["uncertain_time_s"]
+    assert step["uncertain_s"] == 5 and f"instants from {first:.3f} s to {last:.3f} s are uncertain by 5.000000 s" in words
+    lines = events_of(5 * S, True).splitlines(keepends=True)
+    (tmp_path / "rec.jsonl").write_text("".join(line for line in lines if "hardware_clock" not in line))
+    assert "can0: nothing relates the adapter's clock to the monotonic one" in export(path, tmp_path)

@@ -6,18 +6,18 @@
 
 Two clocks that run drift against each other by some hundred parts in a million, whatever NTP does. Where the offset between
 realtime and monotonic changes by more from one reading to the next, the clock was set. Between two such steps the model is
-straight from reading to reading. Where a step lies between two readings is told by the frames: their stamps jump there.
+straight from reading to reading. Where a step lies between two readings is told by the frames (step_search.py); what
+remains possible besides stands in the step: which instants are uncertain, and by how much.
 """
 
 from dataclasses import dataclass
 
 import numpy as np
 
+from .step_search import MOST_AT_ONCE, first_behind
+
 MOST_DRIFT = 600e-6  # NTP slews by 500e-6, and quartzes differ
 READ_NS = 20_000  # two readings within less than this of a straight line are on it
-SLACK_NS = 5_000_000  # a frame's line may stand so far from its time among the readings
-SOON_NS = 100_000_000  # the recorder reads the clocks at once when one is set
-
 
 @dataclass(frozen=True)
 class Clock:
@@ -36,7 +36,21 @@ class Step:
     before: Clock
     after: Clock
     size_ns: int  # of realtime; negative: back
-    uncertain_ns: int = 0  # instants near the step may be off by so much
+    uncertain_ns: int = 0  # instants of `uncertain_from_ns` to `uncertain_to_ns` may be off by so much
+    uncertain_from_ns: int = 0
+    uncertain_to_ns: int = 0
+
+    @property
+    def width_ns(self):
+        """How exactly the readings on either side relate a stamp between them to the monotonic clock."""
+        return width_ns(self.before, self.after)
+
+    def doubt(self, by_ns, from_ns, to_ns):
+        """Instants of one interface are uncertain; those of others may be, too."""
+        known = self.uncertain_ns > 0
+        self.uncertain_from_ns = min(from_ns, self.uncertain_from_ns) if known else from_ns
+        self.uncertain_to_ns = max(to_ns, self.uncertain_to_ns) if known else to_ns
+        self.uncertain_ns = max(self.uncertain_ns, by_ns)
 
 
 class Piece:
@@ -63,9 +77,13 @@ class Piece:
         return real_ns - self.zero.offset_ns - np.rint(self.offset(real_ns)).astype(np.int64)
 
 
+def width_ns(a, b):
+    """By how much the offset may change from one reading to another while nobody sets the clock."""
+    return MOST_DRIFT * abs(b.mono_ns - a.mono_ns) + a.width_ns + b.width_ns + READ_NS
+
+
 def is_step(a, b):
-    apart = abs(b.offset_ns - a.offset_ns)
-    return apart > MOST_DRIFT * abs(b.mono_ns - a.mono_ns) + a.width_ns + b.width_ns + READ_NS
+    return abs(b.offset_ns - a.offset_ns) > width_ns(a, b)
 
 
 class ClockModel:
@@ -78,6 +96,10 @@ class ClockModel:
                 pieces.append([])
             pieces[-1].append(b)
         self.pieces = [Piece(piece) for piece in pieces if piece]
+        self.first_ns, self.last_ns = (rising[k].mono_ns if rising else 0 for k in (0, -1))
+        behind = np.array([step.after.mono_ns for step in self.steps], np.int64)
+        latest = np.maximum.accumulate(np.array([clock.mono_ns for clock in clocks], np.int64)) if clocks else behind
+        self.piece_of = np.searchsorted(behind, latest, "right")  # of each reading
 
     def convert(self, real_ns):
         """Stamps on the monotonic clock; None without a reading."""
@@ -93,86 +115,23 @@ class ClockModel:
             out[piece == number] = self.pieces[number].convert(real_ns[piece == number])
         return out
 
+    def pieces_between(self, place, end):
+        """The pieces in which a frame may lie that came between two places in the events file, given as the number of readings
+        that stand before them. A frame takes some time until it is noticed: it may have come a reading earlier."""
+        first, last = (int(self.piece_of[min(max(k, 0), len(self.piece_of) - 1)]) for k in (place - 2, end))
+        return range(first, last + 1)
+
+    def is_in(self, mono_ns, piece):
+        """May instants lie in these pieces? A piece ends somewhere before the next one's first reading."""
+        wide = np.array([step.width_ns for step in self.steps])
+        begins = np.append(-np.inf, np.array([step.before.mono_ns for step in self.steps]) - wide)
+        ends = np.append(np.array([step.after.mono_ns for step in self.steps]) + wide, np.inf)
+        return (mono_ns >= begins[piece]) & (mono_ns <= ends[piece])
+
     def edges(self, chunks, count):
         """The first frame behind each step, of the `count` frames of an interface; chunks(first): their stamps from one on."""
         begin, found = 0, []
-        for piece, step in zip(self.pieces, self.steps, strict=False):
-            begin = first_behind(chunks(begin), begin, piece, step) if begin < count else count
+        for k in range(len(self.steps)):
+            begin = first_behind(chunks, begin, count, self.steps[k:k + MOST_AT_ONCE]) if begin < count else count
             found.append(begin)
         return found
-
-
-def first_behind(chunks, begin, piece, step):
-    """The first frame that was stamped behind a step: between its two readings, where the stamps move most its way."""
-    search, first, last_ns, arrived = Search(step), begin, None, None
-    for real_ns in chunks:
-        if not len(real_ns):
-            continue
-        move = np.diff(real_ns, prepend=real_ns[0] if last_ns is None else last_ns)
-        alone = arrived is None
-        arrived = int(piece.convert(real_ns[:1])[0]) if alone else arrived
-        arrival = arrivals(arrived, move, step.size_ns)
-        if alone and arrival[0] > step.after.mono_ns + SLACK_NS:
-            return begin
-        search.take(first, move, arrival, np.append(arrival[0] if alone else arrived, arrival[:-1]), alone)
-        first, last_ns, arrived = first + len(real_ns), real_ns[-1], int(arrival[-1])
-        if arrived > step.after.mono_ns + SLACK_NS:
-            break
-    return search.result(begin)
-
-
-class Search:
-    """Goes through the frames near a step."""
-
-    def __init__(self, step):
-        self.step, self.before = step, 0  # frames that came before the step's first reading
-        self.near, self.soon, self.any_soon = Candidates(step), Candidates(step), False
-
-    def take(self, first, move, arrival, before, alone):
-        step = self.step
-        near = (arrival >= step.before.mono_ns - SLACK_NS) & (before <= step.after.mono_ns + SLACK_NS)
-        soon = near & (arrival >= step.after.mono_ns - SOON_NS)
-        self.any_soon |= bool(soon.any())
-        if alone:
-            near[0] = soon[0] = False
-        self.near.take(first, move, near)
-        self.soon.take(first, move, soon)
-        self.before += int(np.searchsorted(arrival, step.before.mono_ns, "right"))
-
-    def result(self, begin):
-        candidates = self.soon if self.step.after.is_set and self.any_soon else self.near
-        if candidates.best is None:  # no frame came in between: the next one is behind it
-            return begin + self.before
-        return candidates.choose()
-
-
-class Candidates:
-    """The frame of the largest move. Stamps of one piece rise: a fall can only be the step, a rise only if it is as large.
-    Where several frames fit, the instants between them are uncertain."""
-
-    def __init__(self, step):
-        self.step, self.best, self.most = step, None, None
-        self.equal = self.fit = 0  # frames with the largest move; with one that is large enough in any case
-
-    def take(self, first, move, which):
-        where = np.flatnonzero(which)
-        if not len(where):
-            return
-        move = move[where] * (1 if self.step.size_ns > 0 else -1)
-        most = int(move.max())
-        if self.most is None or most > self.most:
-            self.best, self.most, self.equal = first + int(where[np.argmax(move)]), most, 0
-        self.equal += int((move == self.most).sum())
-        self.fit += int((move >= max(self.step.size_ns, 0)).sum())
-
-    def choose(self):
-        only_fall = self.step.size_ns < 0 and self.most < 0
-        if (self.equal if only_fall else self.fit) > 1:
-            self.step.uncertain_ns = abs(self.step.size_ns)
-        return self.best
-
-
-def arrivals(first_ns, move, size_ns):
-    """About when frames came, by their stamps' moves: what may be the step itself is no time that passed."""
-    passed = np.maximum(move, 0)
-    return first_ns + np.cumsum(passed - size_ns * (passed >= size_ns) if size_ns > 0 else passed)

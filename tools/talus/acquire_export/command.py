@@ -166,13 +166,24 @@ class Findings:
 
     def take_clock(self, beside, origin_ns):
         """Steps of the clock, once stamps have been converted; entries for the report."""
-        steps = beside.model.steps if beside else []
-        for step in steps:
-            way, at_s = ("forward", "back")[step.size_ns < 0], (step.after.mono_ns - origin_ns) / 1e9
-            uncertain = f"; instants near it are uncertain by {step.uncertain_ns / 1e9:.6f} s" if step.uncertain_ns else ""
-            self.notes.append(f"the clock was set {way} by {abs(step.size_ns) / 1e9:.6f} s before {at_s:.3f} s{uncertain}")
-        return [{"time_s": [(step.before.mono_ns - origin_ns) / 1e9, (step.after.mono_ns - origin_ns) / 1e9],
-                 "size_s": step.size_ns / 1e9, "uncertain_s": step.uncertain_ns / 1e9} for step in steps]  # fmt: skip
+        def seconds(*instants_ns):
+            return [(at_ns - origin_ns) / 1e9 for at_ns in instants_ns]
+
+        entries = []
+        for step in beside.model.steps if beside else []:
+            entry = {"time_s": seconds(step.before.mono_ns, step.after.mono_ns), "size_s": step.size_ns / 1e9, "uncertain_s": step.uncertain_ns / 1e9}
+            words = f"the clock was set {('forward', 'back')[step.size_ns < 0]} by {abs(entry['size_s']):.6f} s before {entry['time_s'][1]:.3f} s"
+            if step.uncertain_ns:
+                first, last = entry["uncertain_time_s"] = seconds(step.uncertain_from_ns, step.uncertain_to_ns)
+                words += f"; instants from {first:.3f} s to {last:.3f} s are uncertain by {entry['uncertain_s']:.6f} s"
+            self.notes.append(words)
+            entries.append(entry)
+        return entries
+
+    def take_unrelated(self, beside, streams):
+        """Interfaces whose stamps stay on the clock that they have, though the record has readings."""
+        for source in sorted({stream.source for stream in streams if not stream.clock.is_monotonic}) if beside and beside.clocks else []:
+            self.notes.append(f"{source}: nothing relates the adapter's clock to the monotonic one (no pair with realtime, or it was set back)")
 
 
 def say(text):
@@ -282,6 +293,7 @@ def export(options, findings, store):
         findings.take_stream(stream, zero_ns)
     converted = all(stream.clock.is_monotonic for stream in found)
     steps = findings.take_clock(beside, zero_ns) if converted else []
+    findings.take_unrelated(beside, found)
     marks = ({**mark, "time_s": (mark["mono_ns"] - zero_ns) / 1e9} for mark in (beside.all_marks() if beside and converted else ()))
     summary = {"rows": len(made), "left_out": made.left_out, "duration_s": (made.last_ns - made.first_ns) / 1e9,
                "columns": made.names, "zero_ns": zero_ns, "clock": "CLOCK_MONOTONIC" if converted else "the stamps' clock",

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 from talus.refused import Refused
 
+from .adapter_clock import Pair, to_monotonic
 from .clock_model import Clock, ClockModel, is_step
 
 LINE = 1 << 20  # no event is longer
@@ -37,7 +38,7 @@ def word(entry, key):
 class Events:
     path: str = ""
     clocks: list = field(default_factory=list)  # Clock
-    hardware: dict = field(default_factory=dict)  # {source: [(hw_ns, real_ns)]}
+    hardware: dict = field(default_factory=dict)  # {source: [Pair]}
     stamps: dict = field(default_factory=dict)  # {source: software, hardware, ...}
     marks: object = None  # spool of edges and pulses of GPIO lines
     drops: list = field(default_factory=list)  # what the recorder itself says it lost, the first ones
@@ -102,7 +103,7 @@ class Events:
         pairs = self.hardware.setdefault(word(entry, "source"), [])
         if len(pairs) >= MOST_CLOCKS:
             raise Refused(2, f"{self.path}: more than {MOST_CLOCKS} readings of an adapter's clock")
-        pairs.append((whole(entry, "hw_ns"), whole(entry, "real_ns")))
+        pairs.append(Pair(whole(entry, "hw_ns"), whole(entry, "real_ns"), len(self.clocks)))
 
     def take_drop(self, entry):
         drop = {"source": word(entry, "source"), "where": word(entry, "where"), "lost": whole(entry, "lost"),
@@ -189,28 +190,6 @@ def read(path, store=None):
     return events
 
 
-def straight(pairs):
-    """A function from the first clock of the pairs to the second: straight between them, at the same speed
-    beyond. None when there are no pairs or the first clock was set back."""
-    pairs = sorted(set(pairs), key=lambda pair: pair[1])
-    first, second = (np.array(column, np.int64) for column in zip(*pairs, strict=True)) if pairs else ([], [])
-    if len(first) == 0 or np.any(np.diff(first) <= 0):
-        return None
-    offset = second - first
-
-    def convert(t_ns):
-        return t_ns + np.rint(np.interp(t_ns - first[0], first - first[0], offset - offset[0])).astype(np.int64) + offset[0]
-
-    return convert
-
-
-def hardware_to_monotonic(events, source):
-    """From the adapter's clock: its pairs with realtime, each on the monotonic clock."""
-    pairs = events.hardware.get(source, [])
-    mono = events.model.convert(np.array([real for _, real in pairs], np.int64))
-    return straight([(hw, int(t)) for (hw, _), t in zip(pairs, mono, strict=True)]) if mono is not None else None
-
-
 class Clocks:
     """The clock of each interface, from its frames as they come: only where the clock was set they are looked at."""
 
@@ -232,7 +211,7 @@ class Clocks:
         if self.events is None:
             return InterfaceClock(None)
         if self.events.stamps.get(source) == "hardware" or source in self.events.hardware:
-            straightly = hardware_to_monotonic(self.events, source)
+            straightly = to_monotonic(self.events.model, self.events.hardware.get(source, []))
             return InterfaceClock(straightly and (lambda stamp_ns, line: straightly(stamp_ns)))
         if not self.events.model.pieces:
             return InterfaceClock(None)
