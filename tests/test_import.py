@@ -6,7 +6,10 @@ import shlex
 import sys
 
 import numpy as np
+import pyarrow
+import pyarrow.parquet
 import pytest
+import scipy.io
 import talus
 from import_files import N, cases, table, truth, write_mdf
 from support import REPOSITORY, run
@@ -141,6 +144,23 @@ def test_the_line_that_a_program_advises_makes_a_recording_that_it_reads(tmp_pat
     run(*predict, "recording.csv", cwd=tmp_path)
 
 
+@pytest.mark.parametrize("suffix", [".parquet", ".mat"])
+def test_an_element_of_a_list_or_a_matrix_is_taken_by_its_number(tmp_path, suffix):
+    """As LeRobot's tables and MATLAB's logs have them: torque first here, the angle second."""
+    x, path = truth(), tmp_path / f"log{suffix}"
+    state = np.stack([x.i, x.q], axis=1)
+    if suffix == ".parquet":
+        pyarrow.parquet.write_table(pyarrow.table({"timestamp": x.t, "observation.state": list(state)}), path)
+    else:
+        scipy.io.savemat(path, {"timestamp": x.t, "observation": {"state": state}})
+    maps = ["--map", "time_s=timestamp:s", "--map", "joint_current_A=observation.state[0]:A"]
+    run("talus-import", "--plant", "pendulum", *maps, "--map", "joint_rad=observation.state[1]:rad", "--out", tmp_path / "r.csv", path)
+    got = talus.Recording.read(tmp_path / "r.csv").columns
+    assert got["joint_rad"] == pytest.approx(x.q, abs=1e-12) and got["joint_current_A"] == pytest.approx(x.i, abs=1e-12)
+    bare = run("talus-import", "--plant", "pendulum", *maps, "--map", "joint_rad=observation.state:rad", "--out", tmp_path / "b.csv", path, status=2)
+    assert "'observation.state'" in bare.stderr and "observation.state[0]" in bare.stderr and not (tmp_path / "b.csv").exists()
+
+
 # ---- parts -------------------------------------------------------------------------------
 
 
@@ -149,7 +169,7 @@ def test_the_line_that_a_program_advises_makes_a_recording_that_it_reads(tmp_pat
     [
         ("Winkel [°]", "Winkel", "°"), ("pos (deg)", "pos", "deg"), ("Strom / mA", "Strom", "mA"), ("t in ms", "t", "ms"),
         ("joint_velocity_rad_s", "joint_velocity", "rad_s"), ("timeMs", "time", "ms"), ("knee_current_A", "knee_current", "A"),
-        ("torque_Nm", "torque", "Nm"), ("q_1", "q_1", None), ("joint 1", "joint 1", None), ("temp, °C", "temp", "°C"), ("i", "i", None),
+        ("torque_Nm", "torque", "Nm"), ("state[0]", "state[0]", None), ("state[0] [rad]", "state[0]", "rad"), ("q_1", "q_1", None), ("joint 1", "joint 1", None), ("temp, °C", "temp", "°C"), ("i", "i", None),
     ],
 )  # fmt: skip
 def test_names_and_units_of_headers(header, name, unit):

@@ -42,11 +42,12 @@ def written(text):
 
 
 def split(header):
-    """(name, unit or None) of a header's field: "Winkel [°]", "angle_deg", "Strom / mA", "timeMs"."""
+    """(name, unit or None) of a header's field: "Winkel [°]", "angle_deg", "Strom / mA", "timeMs". A number in brackets is no unit
+    but says which one: "state[0]"."""
     header = " ".join(header.split())
     for pattern in (BRACKETS, AFTER):
         match = pattern.match(header)
-        if match and match[1] and (pattern is BRACKETS or written(match[2])):
+        if match and match[1] and (written(match[2]) or pattern is BRACKETS and not match[2].isdecimal()):
             return match[1], match[2]
     match = CAMEL.match(header)
     if match:
