@@ -190,7 +190,8 @@ def test_file_that_is_no_recording(name, fault, inputs):
 def test_recording_that_cannot_be_opened(name, inputs):
     refused(name, inputs, ["--model", "slider.yaml", "none.csv"], r"none\.csv: No such file or directory")
     (inputs / "folder").mkdir()
-    refused(name, inputs, ["--model", "slider.yaml", "folder"], "folder: is a directory, expected a file")
+    words = "folder: is a directory, expected a file; try: talus-import --plant slider --suggest --out recording.csv 'folder'"
+    refused(name, inputs, ["--model", "slider.yaml", "folder"], words)
     refused(name, inputs, ["--model", "slider.yaml", "slider.csv/x"], "slider.csv/x: Not a directory")
 
 

@@ -11,7 +11,7 @@ import pyarrow.parquet
 import pytest
 import scipy.io
 import talus
-from import_files import N, cases, table, truth, write_mdf
+from import_files import N, cases, table, truth, write_bag, write_mdf
 from support import REPOSITORY, run
 from talus.importing import assemble, clock, command, formats, guess, headers, suggest
 from talus.importing.table import Column
@@ -142,6 +142,17 @@ def test_the_line_that_a_program_advises_makes_a_recording_that_it_reads(tmp_pat
     run(name, *arguments, cwd=tmp_path)
     assert talus.Recording.read(tmp_path / "recording.csv").columns["slider_m"] == pytest.approx(0.1 * x.q, abs=1e-9)
     run(*predict, "recording.csv", cwd=tmp_path)
+
+
+@pytest.mark.parametrize("program", ["talus-predict", "talus-identify", "talus-gap"])
+def test_a_robots_log_that_is_a_folder_gets_such_a_line_too(tmp_path, program):
+    write_bag(tmp_path / "bag", "mcap", truth())
+    given = [program, "--model", REPOSITORY / "models/pendulum.yaml", "--report" if program == "talus-gap" else "--out", tmp_path / "out", "bag"]
+    said = run(*given, status=2, cwd=tmp_path).stderr
+    assert "bag: is a directory, expected a file; try: talus-import" in said and said.count("\n") == 1
+    name, *arguments = shlex.split(said.partition("; try: ")[2])
+    run(name, *arguments, cwd=tmp_path)
+    assert talus.Recording.read(tmp_path / "recording.csv").columns["joint_rad"] == pytest.approx(truth().q, abs=1e-9)
 
 
 @pytest.mark.parametrize("suffix", [".parquet", ".mat"])

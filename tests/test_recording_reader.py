@@ -438,7 +438,8 @@ def test_unreadable_files(tmp_path):
     assert complaint("recording_read", "slider", tmp_path / "none.csv").endswith(
         "none.csv: No such file or directory"
     )
-    assert complaint("recording_read", "slider", tmp_path).endswith(": is a directory, expected a file")
+    advice = f"; try: talus-import --plant slider --suggest --out recording.csv '{tmp_path}'"
+    assert complaint("recording_read", "slider", tmp_path).endswith(f": is a directory, expected a file{advice}")
     odd = tmp_path / "a\nb.csv"
     odd.write_text("x\n")
     assert "a?b.csv:1: missing column" in complaint("recording_read", "slider", odd)

@@ -11,6 +11,7 @@
 #include <pthread.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
 
 #include "common/text_file.h"
 #include "common/workers.h"
@@ -268,9 +269,17 @@ static int parse_open_file(struct parser *p, struct app_error *error) {
   return result;
 }
 
+/* A folder may be a robot's log, which talus-import reads. */
+static int refuse_folder(const struct csv_header *header, struct app_error *error) {
+  struct stat status;
+  if (stat(header->path, &status) != 0 || !S_ISDIR(status.st_mode)) return 0;
+  return app_fail(error, APP_BAD_INPUT, "%s: is a directory, expected a file%s", header->path, header->advice);
+}
+
 int recording_parse(struct recording *recording, struct app_error *error) {
   struct parser p = {.recording = recording, .lines = {.header = &recording->layout.header, .line = 1}};
-  p.file = text_file_open(recording->layout.header.path, error);
+  if (refuse_folder(p.lines.header, error) != 0) return -1;
+  p.file = text_file_open(p.lines.header->path, error);
   if (!p.file) return -1;
   pthread_mutex_init(&p.reading, NULL);
   pthread_mutex_init(&p.adding, NULL);
