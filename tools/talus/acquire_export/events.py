@@ -10,6 +10,7 @@ from talus.refused import Refused
 
 from .adapter_clock import Pair, to_monotonic
 from .clock_model import Clock, ClockModel, is_step
+from .step_search import MOST_USUAL
 
 LINE = 1 << 20  # no event is longer
 MOST_TOLD = 1000  # drops, and changes of bus and link
@@ -223,7 +224,7 @@ class Clocks:
         if not self.looks:
             return []
         frames = self.frames[number]
-        places = self.events.model.edges(lambda first: (rows["stamp_ns"] for rows in frames.chunks(first=first)), len(frames))
+        places = self.events.model.edges(lambda first: (rows["stamp_ns"] for rows in frames.chunks(MOST_USUAL, first)), len(frames))
         return [int(frames.read(k, k + 1)["line"][0]) if k < len(frames) else 2**62 for k in places]
 
 
