@@ -19,6 +19,7 @@ from .step_search import MOST_AT_ONCE, first_behind
 MOST_DRIFT = 600e-6  # NTP slews by 500e-6, and quartzes differ
 READ_NS = 20_000  # two readings within less than this of a straight line are on it
 
+
 @dataclass(frozen=True)
 class Clock:
     mono_ns: int

@@ -12,12 +12,12 @@ message says that its counter numbers the ticks of an even clock at which its pa
 import logging
 from pathlib import Path
 
-import cantools
 import numpy as np
 from talus.refused import Refused
 
 from . import bounds
 from .record import EXTENDED
+from .slim_cantools import cantools
 
 COUNTER = "Counter"
 EXACT = 2**53  # larger whole numbers have no exact double
