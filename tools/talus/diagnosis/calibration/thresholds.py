@@ -45,6 +45,6 @@ TEMPERATURE_OF_REST_OF_NESTED = 0.03  # of all that the torque there shows above
 
 LEAVES_ALONE = 0.02  # of the inertia: beyond it springs and losses repair what the sensors did, and the low-pass goes down
 GIVES_UP = 0.1  # of the inertia: then these recordings cannot fix it
-OUTDONE_BELOW = 1.0  # widths of the recordings' largest gain above the replicates': the readings alone may gain as much
+OUTDONE_BELOW = 0.5  # widths of the recordings' largest gain above the replicates': the readings alone may gain as much
 UNSTABLE_AT_MOST = 0.45  # of an effect that half the low-pass does not show, or where the sensors may have done it
 FARTHEST, FARTHEST_FROM_IDENTIFIED = 1.2, 0.5  # of its value there, that an inertial parameter may be off beside an effect
