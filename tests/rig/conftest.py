@@ -24,12 +24,24 @@ def need_can():
 
 
 @pytest.fixture
-def vcan():
+def deep_backlog():
+    """Room for a whole burst between interface and socket. Where the kernel leaves receiving to a process of its own, which waits
+    for its turn, a thousand frames are soon full: whenever the guest has stood still, senders make up for it. The loss is then the
+    interface's and has no place in the log, while these tests are about what the programs do."""
+    need_can()
+    limit = Path("/proc/sys/net/core/netdev_max_backlog")
+    before = limit.read_text(encoding="ascii")
+    limit.write_text("300000", encoding="ascii")
+    yield
+    limit.write_text(before, encoding="ascii")
+
+
+@pytest.fixture
+def vcan(deep_backlog):
     """Makes virtual CAN interfaces, as many as asked for, and takes them away again."""
     made = []
 
     def make(count=1):
-        need_can()
         names = [f"tlcan{len(made) + i}" for i in range(count)]
         for name in names:
             subprocess.run(["ip", "link", "add", "dev", name, "type", "vcan"], check=True)
@@ -40,19 +52,6 @@ def vcan():
     yield make
     for name in made:
         subprocess.run(["ip", "link", "del", "dev", name], check=False, stderr=subprocess.DEVNULL)
-
-
-@pytest.fixture
-def deep_backlog():
-    """Room for a whole burst between interface and socket. Where the kernel leaves receiving to a process of its own, which
-    waits for its turn, a thousand frames are soon full; the loss is then the interface's and has no place in the log, while
-    these tests are about the socket's."""
-    need_can()
-    limit = Path("/proc/sys/net/core/netdev_max_backlog")
-    before = limit.read_text(encoding="ascii")
-    limit.write_text("300000", encoding="ascii")
-    yield
-    limit.write_text(before, encoding="ascii")
 
 
 @pytest.fixture(scope="session")

@@ -99,7 +99,6 @@ def account(recording, name, sent):
 
 
 @pytest.mark.parametrize("buffer", [4 << 20, 65536])
-@pytest.mark.usefixtures("deep_backlog")
 def test_bursts_are_logged_or_counted(vcan, tmp_path, buffer, capsys):
     """As fast as the kernel takes frames; a small buffer must overflow, and every lost frame is told and placed."""
     (name,) = vcan()
@@ -168,7 +167,6 @@ def test_every_kind_of_frame_of_a_real_socket(vcan, tmp_path):
         assert message.equals(original, timestamp_delta=None, check_channel=False, check_direction=False)
 
 
-@pytest.mark.usefixtures("deep_backlog")
 def test_the_last_frames_before_the_end_are_counted(vcan, tmp_path):
     """Drops that no later frame tells about are asked for when the recording ends, in the middle of the load."""
     (name,) = vcan()
@@ -198,7 +196,6 @@ def calm_moment():
     pytest.fail("this machine is too busy: the guest never runs for 100 ms on end")
 
 
-@pytest.mark.usefixtures("deep_backlog")
 def test_killed_at_random_times(vcan, tmp_path, capsys):
     """SIGKILL under load: what is there reads back in python-can and in the exporter, and at most 100 ms are missing."""
     can = pytest.importorskip("can")
