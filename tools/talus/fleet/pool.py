@@ -65,7 +65,7 @@ def connected(jobs, scheduler):
     if scheduler is None:
         local = {"n_workers": jobs, "threads_per_worker": 1, "processes": True, "dashboard_address": "127.0.0.1:0",
                  "silence_logs": logging.CRITICAL, "preload": [__name__]}  # fmt: skip
-        with distributed.LocalCluster(**local) as cluster, distributed.Client(cluster) as client:
+        with _unwatched(), distributed.LocalCluster(**local) as cluster, distributed.Client(cluster) as client:
             yield client
         return
     try:
@@ -75,6 +75,13 @@ def connected(jobs, scheduler):
     with client:
         _check_workers(client, scheduler)
         yield client
+
+
+def _unwatched():
+    """Dask looks at each worker's stack every 10 ms, for a dashboard that nobody has open; the items' threads wait for that."""
+    import dask
+
+    return dask.config.set({"distributed.worker.profile.enabled": False})
 
 
 def _check_workers(client, scheduler):

@@ -6,6 +6,7 @@ import os
 import sys
 from pathlib import Path
 
+from ..blind.unseal import words
 from . import camera, fleet, nulls, outputs, running, spikes
 
 
@@ -54,10 +55,10 @@ def run_camera(options):
 
 def run_fleet(options):
     found = fleet.measure(Path(options.out), options.count, options.seed, options.jobs)
-    text = json.dumps(found, indent=1) + "\n"
-    running.write(Path(options.out) / "fleet.json", text)
-    print(text, end="")
-    return 0
+    held = fleet.bars(found)
+    running.write(Path(options.out) / "fleet.json", json.dumps({**found, "bars": [bar.row() for bar in (*held, fleet.speed(found))]}, indent=1) + "\n")
+    print(words([*held, fleet.speed(found)]), found["found"]["sentence"], f"written: {options.out}/fleet.json", sep="\n")
+    return 1 if any(bar.met is False for bar in held) else 0
 
 
 def parser():

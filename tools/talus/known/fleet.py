@@ -17,6 +17,7 @@ import numpy as np
 import yaml
 
 from ..blind.running import BUILD, ROOT
+from ..blind.scores import Bar
 from ..progress import Progress
 
 LENGTH_S, BITS = 12, 18
@@ -26,6 +27,7 @@ WORN = 0.3  # the drifting robot's Coulomb friction grows by so much of itself
 VISCOUS_PER_K = -0.01  # of every robot's oil, from REFERENCE_C
 REFERENCE_C = 22.0
 KILLS = 2
+GROWN_MB = 20.0  # of a scheduler that keeps nothing of what is done: two diagnoses' reports
 
 
 @dataclass
@@ -185,3 +187,26 @@ def found(report):
            for one in report["effects"]}  # fmt: skip
     drifts = [(one["robot"], one["quantity"], one["over"]) for one in report["drift"] if one["drifts"] and one["scope"] != "with the fleet"]
     return {"effects": own, "drifts": drifts, "sentence": report["sentence"]}
+
+
+def speed(outcome):
+    """How much of each process comes to good; other work on the machine shows in it."""
+    return Bar("speed-up for each process", outcome["speed_up_per_process"], outcome["jobs"], least=0.85)
+
+
+def bars(outcome):
+    """What a run is held to. `outcome` is measure()'s."""
+    items, planted, said = outcome["items"], outcome["planted"], outcome["found"]
+    named = said["effects"].get(f"{EFFECT['effect']} at the {EFFECT['joint']}", [])
+    drifting = {(robot, quantity) for robot, quantity, over in said["drifts"] if over == "date"}
+    every = set(named) | set(planted["with_effect"])
+    drift = (planted["drifting"], "coulomb_Nm")
+    return [
+        Bar("diagnosed, of all", outcome["diagnosed"] / items, items, least=1),
+        Bar("same bytes as one by one", float(outcome["same_bytes"]), items, least=1),
+        Bar("processes killed", outcome["killed"], items, least=KILLS if outcome["jobs"] > 1 else 0),
+        Bar("scheduler's memory, last quarter less the second [MB]", outcome["scheduler_growth_MB"], items, most=GROWN_MB),
+        Bar("robots with the planted effect, of those named", len(set(named) & set(planted["with_effect"])) / len(every), len(every), least=1),
+        Bar("robots whose friction is said to drift, planted one apart", len(drifting - {drift}), len(planted["robots"]), most=0),
+        Bar("the planted drift is said", float(drift in drifting), 1, least=1),
+    ]
