@@ -74,6 +74,7 @@ class Search:
         self.floor_of = dict(self.tolerated_of)  # what may be left where nothing is hidden
         self.replicator = self.calibration = None
         self._irregular = {}
+        self.other_sets = []  # fits with as many effects as the chosen one, that came near it
         self.further = {}  # (effect, joint) of each further effect: probability that it is nothing
 
     def calibrate(self, replicator):
@@ -287,18 +288,32 @@ class Search:
         best = singles[0]
         if not self._worth_more(best):
             return best
-        following = [found[0] for start in singles[:BEAM] if (found := self._something(start, self.scan(start.chosen)))]
-        if not following:
+        pairs = self._near_refined(self._followed(singles[:BEAM]))
+        if not pairs:
             return best
-        second = self.all_refined(self.reshaped(min(following, key=lambda fit: fit.excess)))
-        led = [self.all_refined(self.reshaped(fit)) for fit in self._something(best, self.led_to(best.chosen, second.excess))]
-        second = min([second, *led], key=lambda fit: fit.excess)
+        led = [self.all_refined(self.reshaped(fit)) for fit in self._something(best, self.led_to(best.chosen, pairs[0].excess))]
+        second, *others = sorted([*pairs, *led], key=lambda fit: fit.excess)
         if not self.is_worth_adding(best, second) or self.is_nothing(best, second):
             return best
+        self.other_sets = others
         if self._worth_more(second) and (third := self._something(second, self.scan(second.chosen))):
             if self.is_worth_adding(second, third[0]) and not self.is_nothing(second, third[0]):
-                return self.ordered(self.all_refined(third[0]))
+                third, *self.other_sets = self._near_refined([third[0], *self._followed(others)], reshape=False)
+                return self.ordered(third)
         return self.ordered(second)
+
+    def _followed(self, starts):
+        """Each fit with the further effect that closes most beside it."""
+        return [found[0] for start in starts if (found := self._something(start, self.scan(start.chosen)))]
+
+    def _near_refined(self, fits, reshape=True):
+        """Sets of effects, each once, those that come near the best with their shapes between the grid's; best first."""
+        once = {}
+        for fit in sorted(fits, key=lambda fit: fit.excess):
+            once.setdefault(frozenset(c.key for c in fit.chosen), fit)
+        near = [fit for fit in once.values() if fit.excess < REFINED_WITHIN * max(min(f.excess for f in fits), self.tolerated)]
+        found = [self.all_refined(self.reshaped(fit) if reshape else fit) for fit in near]
+        return sorted(found, key=lambda fit: fit.excess)
 
     def _something(self, before, found):
         """Of fits with one more effect those whose gain is not what replicates have, too: behind it another may stand."""

@@ -21,7 +21,7 @@ def refined(search, fit, place):
     """The fit with one effect's shape moved downhill; while much is left, from others of the grid's shapes, too."""
     much = REFINED_WITHIN * search.tolerated
     best = _newton(search, _stepwise(search, fit, place), place)
-    on_grid = fit.chosen[place].family and fit.chosen[place] in search.gram.candidates
+    on_grid = fit.chosen[place] in search.gram.candidates
     if best.excess > much and on_grid:
         best = _from_valleys(search, best, _valleys(search, fit, place), place)
         for start in _other_starts(search, fit, place):
@@ -54,14 +54,16 @@ def _on_the_grid(search, fit, place, wanted, looking=False):
 
 def _valleys(search, fit, place):
     """The best few shapes of the grid, where valleys are many."""
-    if not fit.chosen[place].family.rough:
+    family = fit.chosen[place].family
+    if not (family and family.rough):
         return []
     return _on_the_grid(search, fit, place, lambda family: True, looking=True)[:ROUGH_STARTS]
 
 
 def _other_starts(search, fit, place):
-    """The best of each kind of shape that no way leads to from this one."""
-    here, best = fit.chosen[place].family.start, {}
+    """The best of each kind of shape that no way leads to from this one; none leads from one that cannot be moved."""
+    family, best = fit.chosen[place].family, {}
+    here = family.start if family else None
     for one in _on_the_grid(search, fit, place, lambda family: family.start != here):
         best.setdefault(one.chosen[place].family.start, one)
     return list(best.values())

@@ -171,11 +171,26 @@ def rivals(search, fit):
     return [mine, *search.nearest_refined(found, len(mine.chosen) - 1, fit.excess)]
 
 
-def shares(search, fit, others):
-    """Probability of each of the `rivals`, if one of them is the first effect."""
+def other_sets(search, fit):
+    """Whole sets of as many effects that came near the fit without its first one; their own first effect stands last, as a rival's
+    does. What follows was chosen to suit the first effect, and a rival that suits others is seen beside those alone."""
+    found = [search.ordered(one) for one in search.other_sets
+             if len(one.chosen) == len(fit.chosen) and fit.chosen[0].key not in (c.key for c in one.chosen)]  # fmt: skip
+    return [search.fit([*one.chosen[1:], one.chosen[0]]) for one in found]
+
+
+def shares(search, fit, others, sets=()):
+    """Probability of each of the `rivals`, and of each of the `other_sets`, if one of them has the first effect."""
     odds, without = Odds(search, fit), search.fit(fit.chosen[1:])
     weight = [o.chosen[-1].weight(o.strengths[-1]) * odds.of(o) * (1 - search.nothing(without, o)) for o in others]
+    beside = _weight(without)
+    weight += [_weight(o) / beside * odds.of(o) * (1 - search.nothing(search.fit(o.chosen[:-1]), o)) for o in sets]
     return np.array(weight) / (float(np.sum(weight)) or 1.0)
+
+
+def _weight(fit):
+    """How likely its effects' forms are before the data."""
+    return math.prod(candidate.weight(strengths) for candidate, strengths in zip(fit.chosen, fit.strengths, strict=True))
 
 
 def judge(search, fit, half=None, sound=True):
@@ -210,18 +225,28 @@ def first_judgement(search, fit):
     unknown = logistic((math.log(max(open_share, 1e-4)) - math.log(HALF)) / LOGIT_WIDTH)
     little = left_of_the_whole(search, fit)
     unknown = max(unknown, little)
-    others = rivals(search, fit)
+    others, sets = rivals(search, fit), other_sets(search, fit)
     nothing = nothing_there(search, fit)
-    probabilities = [(share * (1 - unknown) * (1 - nothing), *o.chosen[-1].key)
-                     for share, o in zip(shares(search, fit, others), others)]
+    probabilities, likeliest = _by_effect(shares(search, fit, others, sets), [*others, *sets])
     no_cause = without_cause(search, nothing, unknown, gap_remains)
-    verdict = Verdict([*probabilities, *no_cause], fit, open_share)
-    verdict.rivals = others
+    verdict = Verdict([*((p * (1 - unknown) * (1 - nothing), *key) for key, p in probabilities.items()), *no_cause], fit, open_share)
+    verdict.rivals = [*others, *sets]
     imitates = open_share > HALF or little > HALF
     if verdict.effect == "none" or (verdict.effect == "unknown" and imitates):
         verdict.fit = search.plain
         return verdict
     named = (verdict.effect, verdict.joint)
     if named != fit.chosen[0].key:  # a simpler effect does as well as the one that fits best
-        verdict.fit = next((search.fit([o.chosen[-1], *o.chosen[:-1]]) for o in others if o.chosen[-1].key == named), fit)
+        found = likeliest.get(named)
+        verdict.fit = search.fit([found.chosen[-1], *found.chosen[:-1]]) if found else fit
     return verdict
+
+
+def _by_effect(probabilities, fits):
+    """({key: probability}, {key: likeliest fit}) of the effect that stands last in each fit."""
+    summed, likeliest = {}, {}
+    for probability, fit in sorted(zip(probabilities, fits, strict=True), key=lambda pair: -pair[0]):
+        key = fit.chosen[-1].key
+        summed[key] = summed.get(key, 0.0) + float(probability)
+        likeliest.setdefault(key, fit)
+    return summed, likeliest

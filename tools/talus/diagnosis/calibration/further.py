@@ -21,8 +21,8 @@ def one(search, fit, place, half_dataset):
     own, others = fit.chosen[place], [c for c in fit.chosen if c is not fit.chosen[place]]
     in_front = search.fit([own, *others])
     rivals = first.rivals(search, in_front)
-    shares = first.shares(search, in_front, rivals)
-    likeliest, chosen = max(zip(shares, rivals), key=lambda pair: pair[0])
+    shares = first.shares(search, in_front, rivals, first.other_sets(search, in_front))
+    likeliest, chosen = max(zip(shares[: len(rivals)], rivals, strict=True), key=lambda pair: pair[0])
     probability = likeliest * (1.0 - search.further.get(own.key, 0.0))
     in_front = search.fit([chosen.chosen[-1], *others])
     if half_dataset and not survives(search, in_front, rivals, half_dataset):

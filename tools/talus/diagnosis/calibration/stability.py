@@ -29,6 +29,6 @@ def survives(search, fit, rivals, dataset):
     half, (first, *others) = Half(search, dataset), fit.chosen
     named = half.excess([first, *others])
     without = half.excess(others)
-    beside = [half.excess([rival.chosen[-1], *others]) for rival in rivals[:MOST_RIVALS] if rival.chosen[-1].key != first.key]
+    beside = [half.excess(rival.chosen) for rival in rivals[:MOST_RIVALS] if rival.chosen[-1].key != first.key]
     near = search.detection_threshold + search.tolerated
     return bool(named < without - search.detection_threshold and named < min(beside, default=named) + near)

@@ -1,10 +1,13 @@
 """Elastic torque in parallel with the joint."""
 
-from ..catalogue.candidate import usual
+import functools
+
+from ..catalogue.candidate import Family, usual
 from .entry import Effect
 
 USUAL_SPRING_NM_RAD = (1.0, 15.0)
-BUMPER_BEGINS = (0.0, 0.3, 0.6)  # of half the range
+# of half the range, from its middle: where a bumper may be met, from which it is looked for between
+BUMPER_BEGINS, BUMPER_STEP, BUMPER_FIRST, BUMPER_LAST = (0.0, 0.3, 0.6), 0.15, -0.8, 0.95
 
 
 def candidates(at):
@@ -31,10 +34,15 @@ def candidates(at):
     yield make("polynomial and preload", (0, 1, 2, 3))
     if at.dataset.at_motor:
         yield make("line and preload", (1, 0))
+
+    def bumper(side, begin):
+        shapes = {"bumper_rad": float(middle + side * begin * half), "bumper_side": float(side)}
+        family = Family(functools.partial(bumper, side), (begin,), (BUMPER_STEP,), (BUMPER_FIRST,), (BUMPER_LAST,), start=f"{side}")
+        return at.of_law("parallel_spring", f"bumper at {side * begin:.3g}", [{"bumper_Nm_rad": 1.0}], shapes, low=(0.0,), family=family)
+
     for side in (-1, 1):
         for begin in BUMPER_BEGINS:
-            shapes = {"bumper_rad": float(middle + side * begin * half), "bumper_side": float(side)}
-            yield at.of_law("parallel_spring", f"bumper at {side * begin:g}", [{"bumper_Nm_rad": 1.0}], shapes, low=(0.0,))
+            yield bumper(side, begin)
 
 
 def size(p):
