@@ -27,7 +27,8 @@ def judged(monkeypatch):
 
     def judge(shares, shown=True, nothing=0.0):
         monkeypatch.setattr(verdict, "rivals", lambda search, fit: [fit_of([FIRST, GIVEN]), fit_of([FIRST, RIVAL])])
-        monkeypatch.setattr(verdict, "shares", lambda search, fit, rivals: np.array(shares))
+        monkeypatch.setattr(verdict, "shares", lambda search, fit, rivals, sets: np.array(shares))
+        monkeypatch.setattr(verdict, "other_sets", lambda search, fit: [fit_of([RIVAL, FIRST])] * (len(shares) - 2))
         monkeypatch.setattr(further, "survives", lambda search, fit, rivals, dataset: shown)
         search = SimpleNamespace(fit=fit_of, further={GIVEN.key: nothing})
         found = SimpleNamespace(fit=fit_of([FIRST, GIVEN]), further={})
@@ -44,6 +45,11 @@ def test_a_rival_that_does_better_takes_the_place(judged):
 
 def test_what_rivals_take_and_what_may_be_nothing_is_taken_off(judged):
     assert judged([0.8, 0.2], nothing=0.25).further == {GIVEN.key: pytest.approx(0.6)}
+
+
+def test_another_set_takes_its_share_but_not_the_place(judged):
+    found = judged([0.3, 0.1, 0.6])
+    assert [c.key for c in found.fit.chosen] == [FIRST.key, GIVEN.key] and found.further == {GIVEN.key: pytest.approx(0.3)}
 
 
 def test_what_half_the_low_pass_does_not_show_is_doubted(judged):

@@ -18,11 +18,14 @@ ROUGH_WITHIN, ROUGH_ENDS = 1.5, 2  # times the best end's excess, and so many of
 
 
 def refined(search, fit, place):
-    """The fit with one effect's shape moved downhill; while much is left, from others of the grid's shapes, too."""
-    much = REFINED_WITHIN * search.tolerated
-    best = _newton(search, _stepwise(search, fit, place), place)
-    on_grid = fit.chosen[place] in search.gram.candidates
-    if best.excess > much and on_grid:
+    """The fit with one effect's shape moved downhill; while much is left, from others of the grid's shapes, too. A shape that cannot be
+    moved is held against those that can in any case."""
+    best, much = _newton(search, _stepwise(search, fit, place), place), REFINED_WITHIN * search.tolerated
+    if fit.chosen[place] not in search.gram.candidates:
+        return best
+    if not fit.chosen[place].family:
+        much = 0.0
+    if best.excess > much:
         best = _from_valleys(search, best, _valleys(search, fit, place), place)
         for start in _other_starts(search, fit, place):
             if best.excess > much:

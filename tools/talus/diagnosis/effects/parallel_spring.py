@@ -7,7 +7,7 @@ from .entry import Effect
 
 USUAL_SPRING_NM_RAD = (1.0, 15.0)
 # of half the range, from its middle: where a bumper may be met, from which it is looked for between
-BUMPER_BEGINS, BUMPER_STEP, BUMPER_FIRST, BUMPER_LAST = (0.0, 0.3, 0.6), 0.15, -0.8, 0.95
+BUMPER_BEGINS, BUMPER_STEP, BUMPER_FIRST, BUMPER_LAST = (-0.3, 0.0, 0.3, 0.6), 0.15, -0.8, 0.95
 
 
 def candidates(at):
