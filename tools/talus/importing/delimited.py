@@ -121,11 +121,11 @@ def check_widths(rows, numbers, width, path, notes):
 
 
 def named_once(named):
-    """A name that stands twice gets a number."""
-    count = Counter()
+    """A name that stands twice gets numbers."""
+    often, count = Counter(name for name, _ in named), Counter()
     for name, unit in named:
         count[name] += 1
-        yield (name if count[name] == 1 else f"{name} ({count[name]})"), unit
+        yield (name if often[name] == 1 else f"{name} ({count[name]})"), unit
 
 
 def read(path, data):
