@@ -48,11 +48,23 @@ static void print_option(const char *name, char letter, const char *value, const
   putchar('\n');
 }
 
+/* what a newcomer copies: command lines, each indented */
+static void print_example(const char *example) {
+  printf("\n    ");
+  for (; *example; example++) {
+    putchar(*example);
+    if (*example == '\n') printf("    ");
+  }
+  putchar('\n');
+}
+
 static void print_help(const struct cli_program *p) {
   printf("usage: %s", p->name);
   for (size_t i = 0; i < p->options; i++)
     if (p->option[i].required) printf(" --%s %s", p->option[i].name, p->option[i].value);
-  printf(" [OPTION...]%s%s\n\n%s\n\n", p->arguments ? " " : "", p->arguments ? p->arguments : "", p->summary);
+  printf(" [OPTION...]%s%s\n", p->arguments ? " " : "", p->arguments ? p->arguments : "");
+  print_example(p->example);
+  printf("\n%s\n\n", p->summary);
   for (size_t i = 0; i < p->options; i++)
     print_option(p->option[i].name, p->option[i].letter, p->option[i].value, p->option[i].help);
   print_option("help", 'h', NULL, "print this text");

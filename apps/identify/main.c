@@ -44,6 +44,9 @@ static const struct cli_option options[] = {
 static const struct cli_program program = {
     .name = "talus-identify",
     .summary = "fits a model's parameters to recordings by a seeded particle swarm",
+    .example =
+        "talus-identify --model leg.yaml --out fitted.yaml run.csv\n"
+        "talus-identify --model leg.yaml --out fitted.yaml --report r.json --html r.html run1.csv run2.csv",
     .arguments = "REC.csv...",
     .min_arguments = 1,
     .max_arguments = CLI_ANY,

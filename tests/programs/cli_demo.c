@@ -22,6 +22,8 @@ static const struct cli_option options[] = {
 static const struct cli_program program = {
     .name = "cli_demo",
     .summary = "shows what it was told",
+    .example = "cli_demo --model leg.yaml run.csv\n"
+               "cli_demo --model leg.yaml --quick run1.csv run2.csv",
     .arguments = "REC.csv...",
     .min_arguments = 1,
     .max_arguments = 3,

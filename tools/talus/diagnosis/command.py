@@ -25,6 +25,9 @@ NAME = "talus-gap"
 USAGE = """\
 usage: talus-gap --model M.yaml --report GAP.json [OPTION...] REC.csv...
 
+    talus-gap --model leg.yaml --report gap.json --html gap.html run.csv
+    talus-gap --model leg.yaml --report gap.json --save-model fitted.yaml run1.csv run2.csv
+
 says where the gap between a model and its recordings lies, which effect causes it and how far it shrinks
 
   -m, --model M.yaml           the model to start from
