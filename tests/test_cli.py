@@ -75,7 +75,7 @@ def test_progress_is_shown_to_a_terminal_only():
         pass
     assert os.waitpid(pid, 0)[1] == 0
     assert b"a|none|0.5|0|1|r" in shown
-    if b"cli_demo: working" in shown:
+    if b"cli_demo: working file.csv" in shown:
         # what was drawn is wiped before the answer
         assert shown.rindex(b"working") < shown.rindex(b"\x1b[K") < shown.index(b"a|none")
 

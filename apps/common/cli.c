@@ -14,6 +14,7 @@
 #include "decimal.h"
 #include "error.h"
 #include "output.h"
+#include "progress.h"
 #include "talus/version.h"
 
 /* what getopt_long answers: the table's index from here on, then the two common ones */
@@ -167,6 +168,7 @@ enum cli_result cli_parse(const struct cli_program *program, int argc, char **ar
   struct option table[CLI_MAX_OPTIONS + 3];
   int given[CLI_MAX_OPTIONS] = {0}, answer;
   app_set_name(program->name);
+  progress_show(1);
   fill_tables(program, letters, table);
   opterr = 0;
   while ((answer = getopt_long(argc, argv, letters, table, NULL)) != -1) {

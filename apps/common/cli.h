@@ -64,7 +64,7 @@ struct cli_program {
 enum cli_result { CLI_RUN, CLI_DONE, CLI_USAGE };
 
 /* Sets the targets, and *first to the index of the first argument that is no option (they
- * are moved behind the options). Also names the program for error.h. Prints the help to
+ * are moved behind the options). Also names the program for error.h and lets progress.h show. Prints the help to
  * standard output, complaints to standard error. */
 enum cli_result cli_parse(const struct cli_program *program, int argc, char **argv, int *first);
 

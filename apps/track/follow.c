@@ -161,7 +161,7 @@ int command_follow(int argc, char **argv) {
   follow.path = argv[first];
   result = begin(&follow, &error);
   if (result == 0) {
-    progress_begin(&follow.progress, "following markers");
+    progress_begin(&follow.progress, "following markers", NULL);
     result = all_pictures(&follow, &error);
     progress_end(&follow.progress);
   }

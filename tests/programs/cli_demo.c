@@ -40,7 +40,7 @@ int main(int argc, char **argv) {
   case CLI_DONE: return APP_OK;
   case CLI_USAGE: return APP_BAD_INPUT;
   }
-  progress_begin(&progress, "working");
+  progress_begin(&progress, "working", "folder/file.csv");
   for (int i = 0; i <= 3000000; i++) progress_update(&progress, i / 3000000.0);
   progress_end(&progress);
   printf("%s|%s|%.17g|%d|%" PRIu64 "|", model, note, width, quick, seed);
