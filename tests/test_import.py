@@ -308,6 +308,8 @@ def test_wraps_are_found_only_where_a_sensor_starts_again():
 GOOD = table(["time_s", "joint_rad", "joint_current_A"], [truth().t, truth().q, truth().i])
 MIDDLE = GOOD.splitlines()[700]
 BAD = {
+    "bus log": (b"(1436509052.249713) can0 044#2A366C2BBA\n(1436509052.449847) can0 0F6#7ADFE07BD2\n",
+                "in.dat: a log of the bus, try: talus-acquire-export --dbc D.dbc --model M.yaml --out recording.csv"),
     "empty": ("", "empty"),
     "header only": (GOOD.splitlines()[0], "one line only"),
     "no table": ("Dear reader,\nthis is a letter\nand no table.\n" * 40, "no "),

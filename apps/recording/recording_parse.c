@@ -65,10 +65,10 @@ static int check_time(const struct parser *p, double t_s, struct app_error *erro
   const struct recording *r = p->recording;
   if (r->rows == 0 || t_s > r->last_s) return 0;
   if (t_s == r->last_s)
-    return app_fail(error, APP_BAD_INPUT, "%s:%zu: time_s stands still at %.15g, it must rise",
-                    p->lines.header->path, p->lines.line, t_s);
-  return app_fail(error, APP_BAD_INPUT, "%s:%zu: time_s runs back from %.15g to %.15g, it must rise",
-                  p->lines.header->path, p->lines.line, r->last_s, t_s);
+    return app_fail(error, APP_BAD_INPUT, "%s:%zu: time_s stands still at %.15g, it must rise%s",
+                    p->lines.header->path, p->lines.line, t_s, csv_advice(p->lines.header));
+  return app_fail(error, APP_BAD_INPUT, "%s:%zu: time_s runs back from %.15g to %.15g, it must rise%s",
+                  p->lines.header->path, p->lines.line, r->last_s, t_s, csv_advice(p->lines.header));
 }
 
 /* a row becomes the next sample */
