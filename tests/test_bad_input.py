@@ -80,6 +80,7 @@ def refused(name, folder, arguments, words, status=2, outputs=True):
         line = line_of(start(name, folder, [*options, *arguments]), name, status)
         assert re.fullmatch(words, line), line
         assert contents(folder) == before
+    return line
 
 
 # ---- recordings ------------------------------------------------------------------------
@@ -135,21 +136,23 @@ RECORDINGS = {
     "no name known": (row(1, "a;b"), r"rec\.csv:1: missing column: .*; found a, b separated by ';', expected ','" + IMPORT),
     "German": (row(1, "Zeit [s];Weg [mm];Kraft [N]"), r"rec\.csv:1: missing column: .*; found Zeit \[s\], Weg \[mm\], Kraft \[N\] separated by ';', expected ','" + IMPORT),
     "commas, no name known": (row(1, "t;x,y,z"), r"rec\.csv:1: missing column: .*; found t;x, y, z" + IMPORT),
+    "bus log": (row(1, "(1436509052.249713) can0 044#2A366C2BBA"), r"rec\.csv:1: missing column: .*; found \(1436509052\.249713\) can0 044#2A366C2BBA"
+                r"; a log of the bus, try: talus-acquire-export --dbc D\.dbc --model M\.yaml --out recording\.csv 'rec\.csv'"),
     "column twice": (column(2, "slider_m"), r"rec\.csv:1: column slider_m stands twice in the header"),
     "not a number": (field(57, 1, "0.1.2"), r"rec\.csv:57: slider_m: '0\.1\.2' is not a number"),
     "decimal comma": (field(57, 1, "0;12"), r"rec\.csv:57: slider_m: '0;12' is not a number"),
     "text": (field(2, 2, "n/a"), r"rec\.csv:2: slider_force_N: 'n/a' is not a number"),
-    "empty field": (field(80, 2, ""), r"rec\.csv:80: slider_force_N: the field is empty, expected a number"),
-    "NaN": (field(101, 2, "nan"), r"rec\.csv:101: slider_force_N: 'nan' is not a finite number"),
-    "NaN in time": (field(101, 0, "NaN"), r"rec\.csv:101: time_s: 'NaN' is not a finite number"),
-    "infinity": (field(90, 1, "-inf"), r"rec\.csv:90: slider_m: '-inf' is not a finite number"),
+    "empty field": (field(80, 2, ""), r"rec\.csv:80: slider_force_N: the field is empty, expected a number" + IMPORT),
+    "NaN": (field(101, 2, "nan"), r"rec\.csv:101: slider_force_N: 'nan' is not a finite number" + IMPORT),
+    "NaN in time": (field(101, 0, "NaN"), r"rec\.csv:101: time_s: 'NaN' is not a finite number" + IMPORT),
+    "infinity": (field(90, 1, "-inf"), r"rec\.csv:90: slider_m: '-inf' is not a finite number" + IMPORT),
     "absurd": (field(90, 1, "1e150"), r"rec\.csv:90: slider_m: '1e150' is beyond anything physical, expected at most 1e\+09"),
-    "beyond a double": (field(90, 1, "1e999"), r"rec\.csv:90: slider_m: '1e999' is not a finite number"),
-    "time stands still": (lambda lines: lines.insert(60, lines[59]), r"rec\.csv:61: time_s stands still at [\d.]+, it must rise"),
-    "time runs back": (field(61, 0, "0.001"), r"rec\.csv:61: time_s runs back from [\d.]+ to 0\.001, it must rise"),
+    "beyond a double": (field(90, 1, "1e999"), r"rec\.csv:90: slider_m: '1e999' is not a finite number" + IMPORT),
+    "time stands still": (lambda lines: lines.insert(60, lines[59]), r"rec\.csv:61: time_s stands still at [\d.]+, it must rise" + IMPORT),
+    "time runs back": (field(61, 0, "0.001"), r"rec\.csv:61: time_s runs back from [\d.]+ to 0\.001, it must rise" + IMPORT),
     "field missing": (row(70, "1.0,2.0"), r"rec\.csv:70: 2 fields, expected 3 as in the header"),
     "field too many": (row(70, "1,2,3,4"), r"rec\.csv:70: 4 fields, expected 3 as in the header"),
-    "blank line": (row(70, ""), r"rec\.csv:70: a blank line amid the samples"),
+    "blank line": (row(70, ""), r"rec\.csv:70: a blank line amid the samples" + IMPORT),
     "99 samples": (keep(100), r"rec\.csv: 99 samples, expected at least 100"),
     "header only": (keep(1), r"rec\.csv: 0 samples, expected at least 100"),
 }  # fmt: skip
@@ -163,6 +166,23 @@ def test_recording(name, fault, inputs):
     change(lines)
     (inputs / "rec.csv").write_text("\n".join(lines) + "\n")
     refused(name, inputs, ["--model", "slider.yaml", "rec.csv"], words)
+
+
+MENDED = ["empty field", "NaN", "NaN in time", "infinity", "beyond a double", "time stands still", "time runs back", "blank line"]
+
+
+@pytest.mark.parametrize("fault", MENDED)
+def test_the_advice_mends_the_recording(fault, inputs):
+    """The line as the message says it, in a shell; what it writes is read, and holds all rows but one at the most."""
+    lines = (inputs / "slider.csv").read_text().splitlines()
+    count = len(lines) - 1
+    RECORDINGS[fault][0](lines)
+    (inputs / "rec.csv").write_text("\n".join(lines) + "\n")
+    advice = refused("talus-predict", inputs, ["--model", "slider.yaml", "rec.csv"], ".*").split("; try: ")[1]
+    path = f"{program('talus-import').parent}:{os.environ['PATH']}"
+    subprocess.run(advice, shell=True, cwd=inputs, env={**os.environ, "PATH": path}, check=True, capture_output=True)
+    assert count - 1 <= len((inputs / "recording.csv").read_text().splitlines()) - 1 <= count
+    run("talus-predict", "--model", inputs / "slider.yaml", inputs / "recording.csv")
 
 
 FILES = {

@@ -2,10 +2,11 @@
 
 import os
 import pty
+import re
 
 import pytest
 from helper_programs import complaint, helper
-from support import BUILD, REPOSITORY
+from support import BUILD, REPOSITORY, run
 
 
 def said(*arguments):
@@ -29,7 +30,9 @@ def test_help_and_version():
         done = helper("cli_demo", option)
         text = done.stdout.decode()
         assert done.stderr == b""
-        assert text.startswith("usage: cli_demo --model M.yaml [OPTION...] REC.csv...\n")
+        assert text.startswith("usage: cli_demo --model M.yaml [OPTION...] REC.csv...\n\n"
+                               "    cli_demo --model leg.yaml run.csv\n    cli_demo --model leg.yaml --quick run1.csv run2.csv\n\n"
+                               "shows what it was told\n\n  -m, --model M.yaml ")  # fmt: skip
         for piece in ("-m, --model M.yaml", "--note TEXT", "-w, --width SECONDS", "-q, --quick", "--seed N",
                       "--help", "--version", "shows what it was told", "The end."):  # fmt: skip
             assert piece in text
@@ -72,6 +75,21 @@ def test_progress_is_shown_to_a_terminal_only():
         pass
     assert os.waitpid(pid, 0)[1] == 0
     assert b"a|none|0.5|0|1|r" in shown
-    if b"cli_demo: working" in shown:
+    if b"cli_demo: working file.csv" in shown:
         # what was drawn is wiped before the answer
         assert shown.rindex(b"working") < shown.rindex(b"\x1b[K") < shown.index(b"a|none")
+
+
+CALLED = {"talus-export-simulator": "talus-export", "talus-acquire export": "talus-acquire-export"}  # what runs them, and what they run
+COMMANDS = ["talus-acquire export", "talus-acquire info", *(f"talus-track {name}" for name in ("align", "calibrate", "lens", "tilt"))]
+
+
+@pytest.mark.parametrize("command", sorted(path.name for path in (BUILD / "bin").glob("talus-*")) + COMMANDS)
+def test_help_begins_with_an_example_that_has_what_is_needed(command):
+    name = CALLED.get(command, command)
+    usage, examples, *rest = run(*command.split(), "--help").stdout.split("\n\n")
+    assert usage.startswith(f"usage: {name} ") and examples.startswith(f"    {name} ")
+    options = set(re.findall(r"^  (?:-\w, |    )(--[\w-]+)", "\n".join(rest), re.MULTILINE))
+    used = re.findall(r"(?<= )--[\w-]+", examples.splitlines()[0].split(" # ")[0])
+    assert set(used) <= options and len(used) == len(set(used))
+    assert "--suggest" in used or set(re.findall(r"--[\w-]+", usage.split("[OPTION")[0])) <= set(used)  # a draft needs no --out

@@ -169,7 +169,66 @@ def test_an_element_of_a_list_or_a_matrix_is_taken_by_its_number(tmp_path, suffi
     got = talus.Recording.read(tmp_path / "r.csv").columns
     assert got["joint_rad"] == pytest.approx(x.q, abs=1e-12) and got["joint_current_A"] == pytest.approx(x.i, abs=1e-12)
     bare = run("talus-import", "--plant", "pendulum", *maps, "--map", "joint_rad=observation.state:rad", "--out", tmp_path / "b.csv", path, status=2)
-    assert "'observation.state'" in bare.stderr and "observation.state[0]" in bare.stderr and not (tmp_path / "b.csv").exists()
+    assert bare.stderr == "talus-import: joint_rad: 'observation.state' is more than one column; expected one of observation.state[0], observation.state[1]\n"
+    assert not (tmp_path / "b.csv").exists()
+
+
+def test_a_name_that_stands_twice_is_told_apart_by_its_unit_or_its_number(tmp_path):
+    """And a column may be called as its header writes it."""
+    x, out = truth(), tmp_path / "r.csv"
+    (tmp_path / "log.csv").write_text(table(["time_s", "angle_deg", "angle_rad", "current_A"], [x.t, np.degrees(x.q) + 7, x.q, x.i], digits=15))
+    rest = ["--map", "joint_current_A=current_A:A", "--out", out, tmp_path / "log.csv"]
+    refused("joint_rad: 'angle' is more than one column; expected one of angle (1) [deg], angle (2) [rad]", "--map", "time_s=time_s:s", "--map", "joint_rad=angle:rad", *rest)
+    assert not out.exists()
+    for name in ("angle_rad", "angle [rad]", "angle (2)", "angle (2) [rad]"):
+        run("talus-import", "--map", "time_s=time:s", "--map", f"joint_rad={name}:rad", *rest)
+        assert talus.Recording.read(out).columns["joint_rad"] == pytest.approx(x.q, abs=1e-12)
+    said = run("talus-import", "--suggest", "--out", out, tmp_path / "log.csv").stderr
+    assert "unsure: joint_rad: angle (1) is taken, the first that fits; it may be angle (2)" in said
+
+
+def test_lists_of_a_table_keep_their_names_and_their_holes(tmp_path):
+    """Of a fixed length, of one number, without any in some rows; a unit that stands beside the field."""
+    x, hole = truth(), 700
+    state = [None if k == hole else [i, q] for k, (i, q) in enumerate(zip(x.i.tolist(), np.degrees(x.q).tolist(), strict=True))]
+    kind = pyarrow.list_(pyarrow.float64(), 2)
+    fields = [pyarrow.field("timestamp", pyarrow.float64()), pyarrow.field("state", kind, metadata={"unit": "deg"}), pyarrow.field("effort", pyarrow.list_(pyarrow.float64()))]
+    columns = [pyarrow.array(x.t), pyarrow.array(state, kind), pyarrow.array([[i] for i in x.i])]
+    pyarrow.parquet.write_table(pyarrow.Table.from_arrays(columns, schema=pyarrow.schema(fields)), tmp_path / "log.parquet")
+    maps = ["--map", "time_s=timestamp:s", "--map", "joint_rad=state[1]", "--map", "joint_current_A=effort[0]:A"]
+    run("talus-import", *maps, "--out", tmp_path / "r.csv", tmp_path / "log.parquet")
+    there, got = np.arange(N) != hole, talus.Recording.read(tmp_path / "r.csv").columns
+    assert got["time_s"] == pytest.approx(x.t[there], abs=1e-12) and got["joint_rad"] == pytest.approx(x.q[there], abs=1e-12)
+    assert got["joint_current_A"] == pytest.approx(x.i[there], abs=1e-12)
+
+
+@pytest.mark.parametrize("suffix", [".parquet", ".mat", ".h5"])
+def test_what_is_drafted_of_a_list_or_a_matrix_is_doubted_and_taken_back(tmp_path, suffix):
+    import h5py
+
+    x, path = truth(), tmp_path / f"log{suffix}"
+    angles = np.stack([x.q, 0.3 * x.q + 0.1], axis=1)
+    if suffix == ".parquet":
+        pyarrow.parquet.write_table(pyarrow.table({"timestamp": x.t, "position_rad": list(angles), "current_A": x.i}), path)
+    elif suffix == ".mat":
+        scipy.io.savemat(path, {"timestamp": x.t, "position_rad": angles, "current_A": x.i})
+    else:
+        with h5py.File(path, "w") as file:
+            file["timestamp"], file["position"], file["current_A"] = x.t, angles.T, x.i  # as MATLAB 7.3 lays a matrix
+            file["position"].attrs["unit"] = "rad"
+    done = run("talus-import", "--suggest", path)
+    assert "unsure: joint_rad: position[0] is taken, the first that fits; it may be position[1]" in done.stderr
+    assert "source: position[0]\n    unit: rad" in done.stdout and "joint_rad: position[0]: its header has no unit" not in done.stderr
+    for number in (0, 1):
+        (tmp_path / "map.yaml").write_text(done.stdout.replace("source: position[0]", f"source: position[{number}]"))
+        run("talus-import", "--map", tmp_path / "map.yaml", "--out", tmp_path / "r.csv", path)
+        assert talus.Recording.read(tmp_path / "r.csv").columns["joint_rad"] == pytest.approx(angles[:, number], abs=1e-12)
+
+
+def test_lists_whose_name_says_nothing_are_named_in_one_line(tmp_path):
+    x = truth()
+    pyarrow.parquet.write_table(pyarrow.table({"timestamp": x.t, "observation.state": list(np.stack([x.q, x.i], axis=1))}), tmp_path / "log.parquet")
+    refused("observation.state[0], observation.state[1]; --map 'joint_rad=COLUMN:UNIT' says which", "--suggest", tmp_path / "log.parquet")
 
 
 # ---- parts -------------------------------------------------------------------------------
@@ -180,7 +239,7 @@ def test_an_element_of_a_list_or_a_matrix_is_taken_by_its_number(tmp_path, suffi
     [
         ("Winkel [°]", "Winkel", "°"), ("pos (deg)", "pos", "deg"), ("Strom / mA", "Strom", "mA"), ("t in ms", "t", "ms"),
         ("joint_velocity_rad_s", "joint_velocity", "rad_s"), ("timeMs", "time", "ms"), ("knee_current_A", "knee_current", "A"),
-        ("torque_Nm", "torque", "Nm"), ("state[0]", "state[0]", None), ("state[0] [rad]", "state[0]", "rad"), ("q_1", "q_1", None), ("joint 1", "joint 1", None), ("temp, °C", "temp", "°C"), ("i", "i", None),
+        ("torque_Nm", "torque", "Nm"), ("state[0]", "state[0]", None), ("state[0] [rad]", "state[0]", "rad"), ("angle_deg[2]", "angle[2]", "deg"), ("q_1", "q_1", None), ("joint 1", "joint 1", None), ("temp, °C", "temp", "°C"), ("i", "i", None),
     ],
 )  # fmt: skip
 def test_names_and_units_of_headers(header, name, unit):
@@ -249,6 +308,8 @@ def test_wraps_are_found_only_where_a_sensor_starts_again():
 GOOD = table(["time_s", "joint_rad", "joint_current_A"], [truth().t, truth().q, truth().i])
 MIDDLE = GOOD.splitlines()[700]
 BAD = {
+    "bus log": (b"(1436509052.249713) can0 044#2A366C2BBA\n(1436509052.449847) can0 0F6#7ADFE07BD2\n",
+                "in.dat: a log of the bus, try: talus-acquire-export --dbc D.dbc --model M.yaml --out recording.csv"),
     "empty": ("", "empty"),
     "header only": (GOOD.splitlines()[0], "one line only"),
     "no table": ("Dear reader,\nthis is a letter\nand no table.\n" * 40, "no "),

@@ -154,3 +154,25 @@ T = np.arange(200) * 0.01
 def test_recordings_refuse_columns_that_c_would_misread(columns, says):
     with pytest.raises(ValueError, match=says):
         talus.Recording(columns)
+
+
+@pytest.mark.parametrize(("name", "expected"), [("joint_deg", "joint_rad"), ("joint_current_mA", "joint_current_A"),
+                                               ("joint_velocity_deg_s", "joint_velocity_rad_s"), ("slider_mm", "slider_m")])  # fmt: skip
+def test_a_known_column_in_another_unit_is_refused(name, expected):
+    with pytest.raises(ValueError, match=f"^{name}: is not known, expected {expected}; known columns are time_s, valid, knee_motor_rad") as said:
+        talus.Recording({"time_s": T, name: T})
+    assert "\n" not in str(said.value)
+    with pytest.warns(UserWarning, match=f"columns not known and not read: {name}; known are time_s"):
+        both = talus.Recording({"time_s": T, expected: T, name: T})  # beside the right one it stands in nobody's place
+    assert list(both.columns) == ["time_s", expected]
+
+
+def test_a_time_in_another_unit_is_refused():
+    with pytest.raises(ValueError, match="^time_ms: is not known, expected time_s"):
+        talus.Recording({"time_ms": T, "joint_rad": T})
+
+
+def test_columns_that_are_not_known_are_told():
+    with pytest.warns(UserWarning, match="columns not known and not read: mood, joint_setpoint_rad; known are time_s") as told:
+        recording = talus.Recording({"time_s": T, "mood": T, "joint_rad": T, "joint_setpoint_rad": T})
+    assert list(recording.columns) == ["time_s", "joint_rad"] and len(told) == 1 and told[0].filename == __file__

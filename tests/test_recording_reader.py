@@ -404,10 +404,10 @@ def test_files_that_are_no_recording(tmp_path, kind):
 def test_blank_line_amid_the_samples(tmp_path):
     lines = slider_lines()
     lines[40] = ""
-    assert refused(tmp_path, lines) == "rec.csv:41: a blank line amid the samples"
+    assert refused(tmp_path, lines).startswith("rec.csv:41: a blank line amid the samples; try: ")
     lines = slider_lines(20_000)  # ... and where the next block of text begins with plain rows
     lines.insert(15_000, " ")
-    assert refused(tmp_path, lines) == "rec.csv:15001: a blank line amid the samples"
+    assert refused(tmp_path, lines).startswith("rec.csv:15001: a blank line amid the samples; try: ")
 
 
 def test_truncated_text(tmp_path):

@@ -53,6 +53,9 @@ static const struct cli_option options[] = {
 static const struct cli_program program = {
     .name = "talus-acquire",
     .summary = "records CAN interfaces and GPIO lines; loses nothing, or says what was lost and where",
+    .example = "talus-acquire --out walk can0 gpio:camera=gpiochip0:3:rising\n"
+               "talus-acquire --out walk --duration 120 --stop can0 can0 estop:button=gpiochip0:4\n"
+               "talus-acquire info walk.log",
     .arguments = "SOURCE...",
     .min_arguments = 0,
     .max_arguments = MAX_SOURCES,

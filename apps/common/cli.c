@@ -14,6 +14,7 @@
 #include "decimal.h"
 #include "error.h"
 #include "output.h"
+#include "progress.h"
 #include "talus/version.h"
 
 /* what getopt_long answers: the table's index from here on, then the two common ones */
@@ -48,11 +49,23 @@ static void print_option(const char *name, char letter, const char *value, const
   putchar('\n');
 }
 
+/* what a newcomer copies: command lines, each indented */
+static void print_example(const char *example) {
+  printf("\n    ");
+  for (; *example; example++) {
+    putchar(*example);
+    if (*example == '\n') printf("    ");
+  }
+  putchar('\n');
+}
+
 static void print_help(const struct cli_program *p) {
   printf("usage: %s", p->name);
   for (size_t i = 0; i < p->options; i++)
     if (p->option[i].required) printf(" --%s %s", p->option[i].name, p->option[i].value);
-  printf(" [OPTION...]%s%s\n\n%s\n\n", p->arguments ? " " : "", p->arguments ? p->arguments : "", p->summary);
+  printf(" [OPTION...]%s%s\n", p->arguments ? " " : "", p->arguments ? p->arguments : "");
+  print_example(p->example);
+  printf("\n%s\n\n", p->summary);
   for (size_t i = 0; i < p->options; i++)
     print_option(p->option[i].name, p->option[i].letter, p->option[i].value, p->option[i].help);
   print_option("help", 'h', NULL, "print this text");
@@ -155,6 +168,7 @@ enum cli_result cli_parse(const struct cli_program *program, int argc, char **ar
   struct option table[CLI_MAX_OPTIONS + 3];
   int given[CLI_MAX_OPTIONS] = {0}, answer;
   app_set_name(program->name);
+  progress_show(1);
   fill_tables(program, letters, table);
   opterr = 0;
   while ((answer = getopt_long(argc, argv, letters, table, NULL)) != -1) {

@@ -7,6 +7,7 @@
  *         CLI_SEED_OPTION(&seed)};
  *     static const struct cli_program program = {
  *         .name = "talus-identify", .summary = "fits a model's parameters to recordings",
+ *         .example = "talus-identify --model leg.yaml --out fitted.yaml run.csv",
  *         .arguments = "REC.csv...", .min_arguments = 1, .max_arguments = CLI_ANY,
  *         .option = options, .options = sizeof options / sizeof options[0]};
  *
@@ -52,6 +53,7 @@ struct cli_option {
 struct cli_program {
   const char *name;
   const char *summary;   /* one line: what the program does */
+  const char *example;   /* command lines that stand first in the help, parted by newlines */
   const char *arguments; /* how the help calls what is no option; NULL when there are none */
   int min_arguments, max_arguments;
   const struct cli_option *option;
@@ -62,7 +64,7 @@ struct cli_program {
 enum cli_result { CLI_RUN, CLI_DONE, CLI_USAGE };
 
 /* Sets the targets, and *first to the index of the first argument that is no option (they
- * are moved behind the options). Also names the program for error.h. Prints the help to
+ * are moved behind the options). Also names the program for error.h and lets progress.h show. Prints the help to
  * standard output, complaints to standard error. */
 enum cli_result cli_parse(const struct cli_program *program, int argc, char **argv, int *first);
 

@@ -39,7 +39,7 @@ struct csv_header {
   const char *path;
   const char *const *name; /* known columns, NULL for one that is not wanted; the caller's */
   size_t names;            /* <= CSV_MAX_COLUMNS */
-  const char *advice;      /* nullable: what a message about an unreadable header ends with; the caller's */
+  const char *advice; /* nullable: what a message about a fault that can be mended ends with; the caller's */
 
   size_t fields;                    /* of each line; 0 until the header line has been read */
   int8_t place[CSV_MAX_FIELDS];     /* of each field's number in a row, -1 where it is not read */
@@ -75,6 +75,8 @@ const char *csv_plain_row(const struct csv_header *header, const char *c, double
 /* "missing column: ..." with what the header line holds instead; `why` follows the names. Nullable: why. */
 int csv_missing(const struct csv_header *header, size_t line, const char *names, const char *why,
                 struct app_error *error);
+/* The advice, or "". */
+const char *csv_advice(const struct csv_header *header);
 /* Fails with the row before which a blank line stands. */
 int csv_blank(const struct csv_lines *lines, struct app_error *error);
 /* At the file's end: was there a header line? */

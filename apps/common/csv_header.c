@@ -61,7 +61,7 @@ static int add_column(struct csv_header *h, struct csv_field field, size_t line,
   return 0;
 }
 
-static const char *advice(const struct csv_header *h) {
+const char *csv_advice(const struct csv_header *h) {
   return h->advice ? h->advice : "";
 }
 
@@ -70,7 +70,7 @@ static int refuse_binary(const struct csv_header *h, const char *c, const char *
   for (; c < end; c++)
     if ((unsigned char)*c < 0x20 && *c != '\t')
       return app_fail(error, APP_BAD_INPUT, "%s:%zu: not text: byte 0x%02x in the header line%s", h->path,
-                      line, (unsigned)(unsigned char)*c, advice(h));
+                      line, (unsigned)(unsigned char)*c, csv_advice(h));
   return 0;
 }
 
@@ -128,5 +128,5 @@ int csv_header_line(struct csv_header *h, const char *c, const char *end, size_t
 int csv_missing(const struct csv_header *h, size_t line, const char *names, const char *why,
                 struct app_error *error) {
   return app_fail(error, APP_BAD_INPUT, "%s:%zu: missing column: %s%s; found %s%s%s", h->path, line, names,
-                  why ? why : "", h->found.text, h->separator, advice(h));
+                  why ? why : "", h->found.text, h->separator, csv_advice(h));
 }

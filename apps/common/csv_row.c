@@ -33,8 +33,8 @@ static int read_field(const struct csv_header *h, struct csv_field field, int pl
   const char *end, *name = h->name[h->column[place]];
   const size_t length = (size_t)(field.end - field.begin);
   if (length == 0)
-    return app_fail(error, APP_BAD_INPUT, "%s:%zu: %s: the field is empty, expected a number", h->path, line,
-                    name);
+    return app_fail(error, APP_BAD_INPUT, "%s:%zu: %s: the field is empty, expected a number%s", h->path,
+                    line, name, csv_advice(h));
   const enum decimal_status status = decimal_parse(field.begin, x, &end);
   app_printable(text, sizeof text, field.begin, length);
   if (status == DECIMAL_OK && end == field.end) {
@@ -42,8 +42,9 @@ static int read_field(const struct csv_header *h, struct csv_field field, int pl
     return app_fail(error, APP_BAD_INPUT, "%s:%zu: %s: '%s' is beyond anything physical, expected at most %g",
                     h->path, line, name, text, h->largest[place]);
   }
-  return app_fail(error, APP_BAD_INPUT, "%s:%zu: %s: '%s' is not a %snumber", h->path, line, name, text,
-                  status == DECIMAL_NOT_FINITE && end == field.end ? "finite " : "");
+  const int missing = status == DECIMAL_NOT_FINITE && end == field.end;
+  return app_fail(error, APP_BAD_INPUT, "%s:%zu: %s: '%s' is not a %snumber%s", h->path, line, name, text,
+                  missing ? "finite " : "", missing ? csv_advice(h) : "");
 }
 
 static int wrong_count(const struct csv_header *h, size_t found, size_t line, int cut,
@@ -71,8 +72,8 @@ static int strict_row(const struct csv_header *h, const char *c, const char *end
 }
 
 int csv_blank(const struct csv_lines *lines, struct app_error *error) {
-  return app_fail(error, APP_BAD_INPUT, "%s:%zu: a blank line amid the samples", lines->header->path,
-                  lines->blank_line);
+  return app_fail(error, APP_BAD_INPUT, "%s:%zu: a blank line amid the samples%s", lines->header->path,
+                  lines->blank_line, csv_advice(lines->header));
 }
 
 static int is_blank_line(const char *c, const char *end) {

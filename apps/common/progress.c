@@ -2,12 +2,20 @@
 #include "progress.h"
 
 #include <stdio.h>
+#include <string.h>
 #include <time.h>
 #include <unistd.h>
 
 #include "error.h"
 
 #define INTERVAL_S 0.1
+#define NAME_BYTES 48 /* of a file's name: with program and task it stays on one line of a terminal */
+
+static int allowed;
+
+void progress_show(int shown) {
+  allowed = shown;
+}
 
 static double now_s(void) {
   struct timespec t;
@@ -15,9 +23,18 @@ static double now_s(void) {
   return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
 }
 
-void progress_begin(struct progress *progress, const char *what) {
-  progress->what = what;
-  progress->shown = isatty(STDERR_FILENO);
+/* the task, and of a path the file's name */
+static void describe(struct progress *progress, const char *task, const char *path) {
+  const char *slash = path ? strrchr(path, '/') : NULL;
+  const char *file = slash ? slash + 1 : path ? path : "";
+  char name[NAME_BYTES];
+  snprintf(progress->what, sizeof progress->what, "%s%s%s", task, *file ? " " : "",
+           app_printable(name, sizeof name, file, strlen(file)));
+}
+
+void progress_begin(struct progress *progress, const char *task, const char *path) {
+  describe(progress, task, path);
+  progress->shown = allowed && isatty(STDERR_FILENO);
   progress->drawn = 0;
   progress->last_s = progress->shown ? now_s() : 0.0;
 }

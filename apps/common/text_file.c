@@ -14,16 +14,20 @@
 struct text_file {
   const char *path;
   gzFile gz;   /* reads plain files as they are */
+  off_t size;  /* of the file as it stands on disk */
   size_t rest; /* bytes of the line that the last block left over */
   int ended;
   char line[TEXT_BLOCK];
 };
 
-static int open_for_reading(const char *path, struct app_error *error) {
+/* the file, open; *size is its length */
+static int open_for_reading(const char *path, off_t *size, struct app_error *error) {
   const int fd = open(path, O_RDONLY | O_CLOEXEC);
   if (fd < 0) return app_fail(error, APP_BAD_INPUT, "%s: %s", path, strerror(errno));
   struct stat status;
-  if (fstat(fd, &status) == 0 && S_ISDIR(status.st_mode)) {
+  const int known = fstat(fd, &status) == 0;
+  *size = known ? status.st_size : 0;
+  if (known && S_ISDIR(status.st_mode)) {
     close(fd);
     return app_fail(error, APP_BAD_INPUT, "%s: is a directory, expected a file", path);
   }
@@ -31,7 +35,8 @@ static int open_for_reading(const char *path, struct app_error *error) {
 }
 
 struct text_file *text_file_open(const char *path, struct app_error *error) {
-  const int fd = open_for_reading(path, error);
+  off_t size = 0;
+  const int fd = open_for_reading(path, &size, error);
   if (fd < 0) return NULL;
   struct text_file *file = malloc(sizeof *file);
   gzFile gz = gzdopen(fd, "rb");
@@ -47,6 +52,7 @@ struct text_file *text_file_open(const char *path, struct app_error *error) {
   gzbuffer(gz, ZLIB_BUFFER);
   file->path = path;
   file->gz = gz;
+  file->size = size;
   file->rest = 0;
   file->ended = 0;
   return file;
@@ -106,6 +112,11 @@ int text_file_read(struct text_file *file, struct text_block *block, struct app_
   block->endless = block->length == 0;
   memset(block->text + block->length, 0, TEXT_PAD);
   return 1;
+}
+
+double text_file_fraction(const struct text_file *file) {
+  const off_t at = gzoffset(file->gz);
+  return file->size > 0 && at > 0 ? (double)at / (double)file->size : 0.0;
 }
 
 int text_file_ended(const struct text_file *file) {

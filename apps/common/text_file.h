@@ -36,6 +36,8 @@ void text_file_close(struct text_file *file);
 /* The next lines: 1; 0 at the end of the file; -1 on failure (unreadable, or its
  * compression broken or truncated). */
 int text_file_read(struct text_file *file, struct text_block *block, struct app_error *error);
+/* How much of the file has been read, 0..1; 0 of what has no length, such as a pipe. */
+double text_file_fraction(const struct text_file *file);
 /* Was the last block the whole rest of the file? */
 int text_file_ended(const struct text_file *file);
 

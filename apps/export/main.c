@@ -25,6 +25,8 @@ static const struct cli_option options[] = {
 static const struct cli_program program = {
     .name = "talus-export",
     .summary = "writes an identified model for a controller",
+    .example = "talus-export --to c --out leg.h fitted.yaml\n"
+               "talus-export --to mjcf --out leg.xml fitted.yaml",
     .arguments = "FITTED.yaml",
     .min_arguments = 1,
     .max_arguments = 1,

@@ -47,6 +47,9 @@ static const struct cli_option options[] = {
 static const struct cli_program program = {
     .name = "talus-feedforward",
     .summary = "moves a leg with the torque that its model asks for, beside the drives' position control",
+    .example = "talus-feedforward --twin truth.yaml --play gait.csv --html feed.html cad.yaml fitted.yaml\n"
+               "talus-feedforward --can can0 --play gait.csv --out walk --limits knee.speed=4,ankle.speed=3 "
+               "fitted.yaml",
     .arguments = "MODEL.yaml...",
     .min_arguments = 1,
     .max_arguments = COMPARISON_MODELS,

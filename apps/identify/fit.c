@@ -124,6 +124,7 @@ static int judge(struct fit *fit, const tl_model *model, struct stream *const *s
 
   tl_base_values(model, g.nominal);
   for (g.recording = 0; status == TL_OK && g.recording < streams; g.recording++) {
+    stream_set_task(stream[g.recording], "judging");
     if (stream_rows(stream[g.recording], judge_part, &g, error) != 0) return -1;
     tl_sandwich_close(&g.sandwich);
   }
@@ -156,7 +157,7 @@ static int fit_folded(struct fit *fit, struct folding *f, const tl_model *model,
 
 int fit_run(struct fit *fit, const tl_model *model, const struct fit_settings *settings,
             const struct inputs *in, fit_trace trace, void *context, struct app_error *error) {
-  struct folding f = {.joints = tl_joint_count(model)};
+  struct folding f = {.joints = tl_joint_count(model), .task = "fitting"};
   int result;
 
   memset(fit, 0, sizeof *fit);

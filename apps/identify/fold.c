@@ -43,8 +43,10 @@ int fold_all(struct folding *f, const tl_model *model, struct stream *const *str
   for (int j = 0; j < f->joints; j++)
     if (tl_factor_init(&f->factor[j], tl_row_index(model, j, index)) != TL_OK)
       return app_fail(error, APP_FAILED, "too many columns");
-  for (int i = 0; i < streams; i++)
+  for (int i = 0; i < streams; i++) {
+    stream_set_task(stream[i], f->task);
     if (stream_rows(stream[i], fold_part, f, error) != 0) return -1;
+  }
   return 0;
 }
 

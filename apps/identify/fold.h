@@ -6,11 +6,12 @@
 #include "recording/stream.h"
 #include "talus/identify.h"
 
-/* Begins as zero but for `factor` and `joints`. */
+/* Begins as zero but for `factor`, `joints` and `task`. */
 struct folding {
   tl_factor *factor; /* one a joint */
   int joints;
-  int robust; /* 1: Huber's weights at the base parameters `base` */
+  const char *task; /* what the pass is for, as its progress is shown */
+  int robust;       /* 1: Huber's weights at the base parameters `base` */
   double base[TL_FACTOR_MAX];
   double scale[TL_MAX_JOINTS]; /* residual's scale for Huber's weights */
   double *scratch, *weight;

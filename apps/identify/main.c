@@ -7,6 +7,7 @@
 #include "common/cli.h"
 #include "common/decimal.h"
 #include "common/output.h"
+#include "common/progress.h"
 #include "report.h"
 
 /* ---- the command line -------------------------------------------------------- */
@@ -44,6 +45,9 @@ static const struct cli_option options[] = {
 static const struct cli_program program = {
     .name = "talus-identify",
     .summary = "fits a model's parameters to recordings by a seeded particle swarm",
+    .example =
+        "talus-identify --model leg.yaml --out fitted.yaml run.csv\n"
+        "talus-identify --model leg.yaml --out fitted.yaml --report r.json --html r.html run1.csv run2.csv",
     .arguments = "REC.csv...",
     .min_arguments = 1,
     .max_arguments = CLI_ANY,
@@ -205,6 +209,7 @@ int main(int argc, char **argv) {
   case CLI_DONE: return APP_OK;
   case CLI_USAGE: return APP_BAD_INPUT;
   }
+  progress_show(!asked.quiet);
   if (read_settings(&settings, &window) != CLI_RUN) return APP_BAD_INPUT;
   if (check_results(argv + first, argc - first) != CLI_RUN) return APP_BAD_INPUT;
   if (model_file_read(asked.model, &file, &error) != 0) return app_exit(&error);

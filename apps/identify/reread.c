@@ -77,6 +77,7 @@ int reread_all(tl_readings *readings, struct folding *f, const tl_problem *probl
   int fair, whole = !inputs_are_long(in);
 
   f->robust = 0;
+  f->task = "doubting the readings of";
   if (read_excerpts(&r, whole, readings, &fair, error) != 0) return -1;
   return fair ? 0 : read_excerpts(&r, 1, readings, &fair, error);
 }

@@ -10,6 +10,8 @@
 #include <pthread.h>
 #include <stdlib.h>
 
+#include "common/progress.h"
+
 struct shared {
   tl_pso *swarm;
   tl_pso_cost cost;
@@ -18,6 +20,7 @@ struct shared {
   pthread_mutex_t gate; /* held until all threads are there */
   int threads, started;
   int more; /* written by thread 0 between barriers */
+  struct progress progress;
 };
 
 struct worker {
@@ -25,6 +28,15 @@ struct worker {
   int number;
   pthread_t thread;
 };
+
+/* after all particles have moved: is there more to do? */
+static int close_generation(struct shared *s) {
+  const tl_pso *swarm = s->swarm;
+  const int more = tl_pso_close(s->swarm);
+  const double share = (double)swarm->iteration / (double)swarm->settings.iterations;
+  progress_update(&s->progress, ((double)swarm->restart + share) / (double)swarm->settings.restarts);
+  return more;
+}
 
 static void *work(void *argument) {
   struct worker *w = argument;
@@ -40,7 +52,7 @@ static void *work(void *argument) {
   do {
     tl_pso_move(s->swarm, first, last, s->cost, s->context);
     pthread_barrier_wait(&s->barrier);
-    if (w->number == 0) s->more = tl_pso_close(s->swarm);
+    if (w->number == 0) s->more = close_generation(s);
     pthread_barrier_wait(&s->barrier);
   } while (s->more);
   return NULL;
@@ -56,25 +68,37 @@ static int start_and_join(struct shared *s, struct worker *workers, struct app_e
   return s->started == s->threads ? 0 : app_fail(error, APP_FAILED, "cannot start %d threads", s->threads);
 }
 
-int swarm_run(tl_pso *swarm, tl_pso_cost cost, const void *context, int threads, struct app_error *error) {
-  struct shared shared = {.swarm = swarm, .cost = cost, .context = context, .threads = threads};
-  struct worker *workers;
+static int run_threads(struct shared *shared, struct app_error *error) {
+  const int threads = shared->threads;
+  struct worker *workers = calloc((size_t)threads, sizeof *workers);
   int result;
 
-  if (threads <= 1) {
-    tl_status status = tl_pso_run(swarm, cost, context);
-    return status == TL_OK ? 0 : app_fail(error, APP_FAILED, "the swarm: %s", tl_status_text(status));
-  }
-  workers = calloc((size_t)threads, sizeof *workers);
   if (!workers) return app_fail(error, APP_FAILED, "out of memory for %d threads", threads);
-  for (int i = 0; i < threads; i++) workers[i] = (struct worker){.shared = &shared, .number = i};
-  pthread_barrier_init(&shared.barrier, NULL, (unsigned)threads);
-  pthread_mutex_init(&shared.gate, NULL);
-  result = start_and_join(&shared, workers, error);
+  for (int i = 0; i < threads; i++) workers[i] = (struct worker){.shared = shared, .number = i};
+  pthread_barrier_init(&shared->barrier, NULL, (unsigned)threads);
+  pthread_mutex_init(&shared->gate, NULL);
+  result = start_and_join(shared, workers, error);
+  pthread_mutex_destroy(&shared->gate);
+  pthread_barrier_destroy(&shared->barrier);
+  free(workers);
+  return result;
+}
+
+static int run_alone(struct shared *s) {
+  do {
+    tl_pso_move(s->swarm, 0, s->swarm->settings.particles, s->cost, s->context);
+  } while (close_generation(s));
+  return 0;
+}
+
+int swarm_run(tl_pso *swarm, tl_pso_cost cost, const void *context, int threads, struct app_error *error) {
+  struct shared shared = {.swarm = swarm, .cost = cost, .context = context, .threads = threads};
+  int result;
+
+  progress_begin(&shared.progress, "searching", NULL);
+  result = threads <= 1 ? run_alone(&shared) : run_threads(&shared, error);
+  progress_end(&shared.progress);
   if (result == 0 && !(swarm->best_cost < HUGE_VAL))
     result = app_fail(error, APP_FAILED, "the swarm: no particle ever had a finite cost");
-  pthread_mutex_destroy(&shared.gate);
-  pthread_barrier_destroy(&shared.barrier);
-  free(workers);
   return result;
 }

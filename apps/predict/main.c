@@ -18,6 +18,8 @@ static const struct cli_option options[] = {
 static const struct cli_program program = {
     .name = "talus-predict",
     .summary = "predicts what a recording's current (or load) column would show, from its angles alone",
+    .example = "talus-predict --model fitted.yaml --out predicted.csv run.csv\n"
+               "talus-predict --model fitted.yaml --report errors.json --html errors.html run.csv",
     .arguments = "REC.csv",
     .min_arguments = 1,
     .max_arguments = 1,

@@ -69,6 +69,7 @@ int predict_write(struct output *out, struct recording *recording, struct stream
 
   tl_base_values(model, p.base);
   write_header(out, model, &stream_regression(stream)->layout);
+  stream_set_task(stream, "predicting");
   if (stream_motion(stream, write_part, &p, error) != 0) return -1;
   return hold(&p, recording_rows(recording), 0.0, NULL, error);
 }

@@ -38,6 +38,7 @@ int report_make(struct report *report, const tl_model *model, struct stream *str
   tl_base_values(model, report->base);
   if (with_page) report->panels = torque_panels_new(line, 1, (size_t)tl_joint_count(model));
   if (with_page && !report->panels) return app_fail(error, APP_FAILED, "out of memory");
+  stream_set_task(stream, "scoring");
   return stream_rows(stream, score_part, report, error);
 }
 

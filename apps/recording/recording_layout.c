@@ -22,7 +22,23 @@ static void list_set(struct csv_list *list, const char *separator, uint32_t set)
     if (set & TL_CHANNEL_BIT(c)) csv_list_add(list, separator, tl_channel_name((tl_channel)c));
 }
 
-int layout_check(const struct layout *layout, size_t line, struct app_error *error) {
+/* a line of candump's log, "(1436509052.249713) can0 044#2A36": a DBC says what it holds, and no map of columns */
+static int is_bus_log(const struct csv_header *header) {
+  int end = 0;
+  sscanf(header->found.text, "(%*[0-9.]) %*s %*[0-9A-Fa-f]#%n", &end);
+  return end > 0;
+}
+
+/* what to do instead of reading this file */
+static void advise_export(struct layout *layout) {
+  if (snprintf(
+          layout->advice, sizeof layout->advice,
+          "; a log of the bus, try: talus-acquire-export --dbc D.dbc --model M.yaml --out recording.csv '%s'",
+          layout->header.path) >= (int)sizeof layout->advice)
+    layout->advice[0] = '\0';
+}
+
+int layout_check(struct layout *layout, size_t line, struct app_error *error) {
   const tl_channel_set *set = &layout->set;
   struct csv_list missing = {"", 0};
   uint32_t there = 0;
@@ -36,6 +52,7 @@ int layout_check(const struct layout *layout, size_t line, struct app_error *err
     csv_list_add(&missing, ", ", choice.text);
   }
   if (!missing.used) return 0;
+  if (is_bus_log(&layout->header)) advise_export(layout);
   snprintf(why, sizeof why, " (a %s's recording needs it)", tl_plant_facts(layout->plant)->name);
   return csv_missing(&layout->header, line, missing.text, why, error);
 }

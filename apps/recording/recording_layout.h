@@ -16,6 +16,6 @@ struct layout {
 /* Before the file is read; a layout stays where it is from then on. */
 int layout_init(struct layout *layout, const char *path, tl_plant plant, struct app_error *error);
 /* After the header, line `line`, has been read: are the plant's columns there? */
-int layout_check(const struct layout *layout, size_t line, struct app_error *error);
+int layout_check(struct layout *layout, size_t line, struct app_error *error);
 
 #endif

@@ -13,6 +13,7 @@
 #include <string.h>
 #include <sys/stat.h>
 
+#include "common/progress.h"
 #include "common/text_file.h"
 #include "common/workers.h"
 #include "recording.h"
@@ -30,6 +31,7 @@ struct parser {
   struct text_file *file;
   int ended;
   size_t blocks; /* handed out */
+  struct progress progress;
 
   pthread_mutex_t adding; /* of all that follows */
   pthread_cond_t next_turn;
@@ -63,10 +65,10 @@ static int check_time(const struct parser *p, double t_s, struct app_error *erro
   const struct recording *r = p->recording;
   if (r->rows == 0 || t_s > r->last_s) return 0;
   if (t_s == r->last_s)
-    return app_fail(error, APP_BAD_INPUT, "%s:%zu: time_s stands still at %.15g, it must rise",
-                    p->lines.header->path, p->lines.line, t_s);
-  return app_fail(error, APP_BAD_INPUT, "%s:%zu: time_s runs back from %.15g to %.15g, it must rise",
-                  p->lines.header->path, p->lines.line, r->last_s, t_s);
+    return app_fail(error, APP_BAD_INPUT, "%s:%zu: time_s stands still at %.15g, it must rise%s",
+                    p->lines.header->path, p->lines.line, t_s, csv_advice(p->lines.header));
+  return app_fail(error, APP_BAD_INPUT, "%s:%zu: time_s runs back from %.15g to %.15g, it must rise%s",
+                  p->lines.header->path, p->lines.line, r->last_s, t_s, csv_advice(p->lines.header));
 }
 
 /* a row becomes the next sample */
@@ -151,6 +153,7 @@ static int take_block(struct worker *w, size_t *number, struct app_error *error)
   pthread_mutex_lock(&p->reading);
   const int more = p->ended ? 0 : text_file_read(p->file, &w->block, error);
   p->ended |= more <= 0 || w->block.endless;
+  progress_update(&p->progress, text_file_fraction(p->file));
   *number = p->blocks++;
   pthread_mutex_unlock(&p->reading);
   return more;
@@ -244,9 +247,11 @@ static void print_notes(const struct parser *p) {
 }
 
 static int parse_file(struct parser *p, struct worker *w, struct app_error *error) {
+  progress_begin(&p->progress, "reading", p->lines.header->path);
   const int more = begin_file(p, w, error);
-  if (more < 0) return -1;
   if (more > 0) work_together(p, w);
+  progress_end(&p->progress);
+  if (more < 0) return -1;
   if (p->failed) {
     *error = p->error;
     return -1;
@@ -273,7 +278,8 @@ static int parse_open_file(struct parser *p, struct app_error *error) {
 static int refuse_folder(const struct csv_header *header, struct app_error *error) {
   struct stat status;
   if (stat(header->path, &status) != 0 || !S_ISDIR(status.st_mode)) return 0;
-  return app_fail(error, APP_BAD_INPUT, "%s: is a directory, expected a file%s", header->path, header->advice);
+  return app_fail(error, APP_BAD_INPUT, "%s: is a directory, expected a file%s", header->path,
+                  header->advice);
 }
 
 int recording_parse(struct recording *recording, struct app_error *error) {

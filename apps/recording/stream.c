@@ -121,6 +121,7 @@ struct stream *stream_open(struct recording *recording, const tl_model *model, c
   s->recording = recording;
   s->workers = workers_processors();
   s->rounding = -1;
+  s->task = "computing";
   if (stream_prepare(s, model, score, window, error) == 0) return s;
   stream_close(s);
   return NULL;
@@ -170,6 +171,10 @@ const char *stream_path(const struct stream *stream) {
 
 void stream_set_workers(struct stream *stream, int workers) {
   stream->workers = workers < 1 ? 1 : workers > WORKERS_MOST ? WORKERS_MOST : workers;
+}
+
+void stream_set_task(struct stream *stream, const char *task) {
+  stream->task = task;
 }
 
 void stream_reread(struct stream *stream, double window_factor, int rounding) {

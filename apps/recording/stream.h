@@ -43,6 +43,9 @@ void stream_close(struct stream *stream);
 /* Processors that a walk uses, at most WORKERS_MOST (workers.h); as many as there are without this call. */
 void stream_set_workers(struct stream *stream, int workers);
 
+/* What a walk is for, as its progress is shown; kept by reference ("computing" without this call). */
+void stream_set_task(struct stream *stream, const char *task);
+
 /* Effects that are modelled already; kept by reference. */
 int stream_set_effects(struct stream *stream, const tl_effect *effect, int effects, struct app_error *error);
 

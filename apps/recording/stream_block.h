@@ -12,6 +12,7 @@ struct stream {
   double window_s[TL_MAX_JOINTS]; /* length of the windows, as it was opened */
   int rounding;                   /* of the angles, -1: none */
   int workers;                    /* that walk through it */
+  const char *task;               /* what a walk is for */
 };
 
 /* Memory for one block, grown as blocks need it. Begins as zero. */

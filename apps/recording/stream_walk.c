@@ -7,6 +7,7 @@
 #include <pthread.h>
 #include <stdlib.h>
 
+#include "common/progress.h"
 #include "common/workers.h"
 #include "stream_block.h"
 
@@ -28,6 +29,7 @@ struct walk {
   pthread_cond_t next_turn;
   size_t turn; /* the part that may be visited now */
   int result;  /* anything but 0 ends the walk */
+  struct progress progress;
   struct app_error *error;
 };
 
@@ -156,6 +158,7 @@ static int visit_in_turn(struct walker *w, int computed, const struct app_error 
     *walk->error = *error;
   } else if (!walk->result)
     walk->result = walk->visit(&w->part, walk->context, walk->error);
+  progress_update(&walk->progress, (double)w->part.end / (double)recording_rows(walk->stream->recording));
   walk->turn++;
   const int go_on = !walk->result;
   pthread_cond_broadcast(&walk->next_turn);
@@ -195,7 +198,9 @@ static int walk(struct stream *stream, int with_rows, stream_visit visit, void *
   pthread_mutex_init(&walk.taking, NULL);
   pthread_mutex_init(&walk.visiting, NULL);
   pthread_cond_init(&walk.next_turn, NULL);
+  progress_begin(&walk.progress, stream->task, stream_path(stream));
   const int result = walk_together(&walk, error);
+  progress_end(&walk.progress);
   pthread_cond_destroy(&walk.next_turn);
   pthread_mutex_destroy(&walk.visiting);
   pthread_mutex_destroy(&walk.taking);

@@ -56,6 +56,8 @@ static const struct cli_option options[] = {
 static const struct cli_program program = {
     .name = "talus-sim",
     .summary = "simulates a bench recording of a plant, with friction that sticks, under position control",
+    .example = "talus-sim --model leg.yaml --out run.csv\n"
+               "talus-sim --model leg.yaml --out fast.csv --duration 20 --speed 1.3 --fit --seed 2",
     .option = options,
     .options = sizeof options / sizeof options[0],
     .more = "An excitation that breaks a limit is refused, and each limit that it breaks is named.\n"

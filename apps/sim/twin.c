@@ -295,7 +295,7 @@ static int run_samples(struct twin *t, tl_twin *bench, struct recording_writer *
   struct progress progress;
   tl_status status = TL_OK;
 
-  progress_begin(&progress, "simulating");
+  progress_begin(&progress, "simulating", NULL);
   for (unsigned long k = 0; k < n; k++) {
     if (t->asked->reference) reference_lay(&t->trajectory, bench, &t->excitation);
     status = tl_twin_next(bench, row);

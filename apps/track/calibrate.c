@@ -41,6 +41,7 @@ static const struct cli_option options[] = {
 static const struct cli_program program = {
     .name = "talus-track calibrate",
     .summary = "takes the markers' colours and places from one picture, and how the camera sees the leg",
+    .example = "talus-track calibrate --out setup.yaml --shank-length 0.3615 --sheet found.png film.mp4",
     .arguments = "VIDEO",
     .min_arguments = 1,
     .max_arguments = 1,

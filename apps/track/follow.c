@@ -33,6 +33,9 @@ static const struct cli_option options[] = {
 static const struct cli_program program = {
     .name = "talus-track",
     .summary = "follows coloured markers in a video, to sub-pixels, and gives the angles of shank and foot",
+    .example = "talus-track --setup setup.yaml --out track.csv film.mp4\n"
+               "talus-track calibrate --out setup.yaml --shank-length 0.3615 film.mp4\n"
+               "talus-track align --recording walk.csv --out merged.csv track.csv",
     .arguments = "VIDEO",
     .min_arguments = 1,
     .max_arguments = 1,
@@ -158,7 +161,7 @@ int command_follow(int argc, char **argv) {
   follow.path = argv[first];
   result = begin(&follow, &error);
   if (result == 0) {
-    progress_begin(&follow.progress, "following markers");
+    progress_begin(&follow.progress, "following markers", NULL);
     result = all_pictures(&follow, &error);
     progress_end(&follow.progress);
   }

@@ -24,6 +24,7 @@ static const struct cli_option options[] = {
 static const struct cli_program program = {
     .name = "talus-track lens",
     .summary = "calibrates a lens from pictures of a chessboard",
+    .example = "talus-track lens --out lens.yaml left*.jpg",
     .arguments = "PICTURE...",
     .min_arguments = 3,
     .max_arguments = CLI_ANY,

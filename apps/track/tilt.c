@@ -24,6 +24,7 @@ static const struct cli_program program = {
     .name = "talus-track tilt",
     .summary = "finds the camera's tilt against the plane of motion: with the right one the links keep their "
                "lengths",
+    .example = "talus-track tilt --setup setup.yaml --out setup.yaml track.csv",
     .arguments = "TRACK.csv",
     .min_arguments = 1,
     .max_arguments = 1,

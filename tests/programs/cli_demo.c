@@ -22,6 +22,8 @@ static const struct cli_option options[] = {
 static const struct cli_program program = {
     .name = "cli_demo",
     .summary = "shows what it was told",
+    .example = "cli_demo --model leg.yaml run.csv\n"
+               "cli_demo --model leg.yaml --quick run1.csv run2.csv",
     .arguments = "REC.csv...",
     .min_arguments = 1,
     .max_arguments = 3,
@@ -38,7 +40,7 @@ int main(int argc, char **argv) {
   case CLI_DONE: return APP_OK;
   case CLI_USAGE: return APP_BAD_INPUT;
   }
-  progress_begin(&progress, "working");
+  progress_begin(&progress, "working", "folder/file.csv");
   for (int i = 0; i <= 3000000; i++) progress_update(&progress, i / 3000000.0);
   progress_end(&progress);
   printf("%s|%s|%.17g|%d|%" PRIu64 "|", model, note, width, quick, seed);

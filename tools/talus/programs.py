@@ -163,7 +163,7 @@ def diagnose(model: Model | str | Path, recordings: Recording | str | Path | Ite
         try:
             options = command.Options(arguments)
             options.check()
-            found, tree, identified = command.diagnose(options, lambda _: None, effects)
+            found, tree, identified = command.diagnose(options, lambda *_: None, effects)
             text, notes = fitted.model_text(tree, identified, found)
         except command.Refused as refused:
             raise (InputError if refused.status == 2 else OSError)(refused.text.replace(f"{folder}/", "")) from None

@@ -8,6 +8,7 @@
 from __future__ import annotations
 
 import gzip
+import warnings
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -19,6 +20,7 @@ from numpy.typing import ArrayLike
 from . import _drawing, outputs
 from ._arrays import Array, pointer
 from ._library import InputError, check, check_file, ffi, files, lib
+from .importing import headers
 from .model import Model, plants, score_settings
 
 if TYPE_CHECKING:
@@ -71,7 +73,8 @@ def _fields(struct: Any) -> dict[str, Any]:
 class Recording:
     """Columns of one recording, by the contract's names, as float arrays of one length. `score` is a mapping with keys of
     a model file's `score:`, and goes before that of the model. ValueError names the column that has another length, values that
-    are not finite, or times that do not rise.
+    are not finite, times that do not rise, or a known column in another unit ("joint_deg"). Other columns are not read, as in
+    a file: a UserWarning names them.
 
     >>> t = numpy.arange(500) / 250
     >>> arm = talus.Recording({"time_s": t, "joint_rad": numpy.sin(t), "joint_current_A": numpy.cos(t)})
@@ -82,6 +85,7 @@ class Recording:
 
     def __init__(self, columns: Mapping[str, ArrayLike] | DataFrame, score: Mapping[str, float] | None = None) -> None:
         known = channels()
+        self._check_names([str(name) for name in columns if name not in known], [name for name in known if name in columns])
         self.columns: dict[str, Array] = {str(n): numpy.ascontiguousarray(x, dtype=float) for n, x in columns.items() if n in known}
         self._check_columns()
         self.t = self.columns["time_s"]
@@ -105,6 +109,17 @@ class Recording:
 
     def __repr__(self) -> str:
         return f"<talus.Recording: {len(self.t)} samples in {self.t[-1] - self.t[0]:.3f} s, {', '.join(self.columns)}>"
+
+    @staticmethod
+    def _check_names(unknown: list[str], there: list[str]) -> None:
+        """What is not known is told, and refused where it stands in the place of a column that is."""
+        wanted = {headers.split(name)[0]: name for name in channels() if name not in there}
+        for name in unknown:
+            quantity, unit = headers.split(name)
+            if unit is not None and quantity in wanted:
+                raise ValueError(f"{name}: is not known, expected {wanted[quantity]}; known columns are {', '.join(channels())}")
+        if unknown:
+            warnings.warn(f"columns not known and not read: {', '.join(unknown)}; known are {', '.join(channels())}", stacklevel=3)
 
     def _check_columns(self) -> None:
         if "time_s" not in self.columns:

@@ -23,6 +23,7 @@ static const struct cli_option options[] = {
 static const struct cli_program program = {
     .name = "talus-acquire info",
     .summary = "says what a record holds, its gaps, clocks and rates",
+    .example = "talus-acquire info walk.log",
     .arguments = "REC.log",
     .min_arguments = 1,
     .max_arguments = 1,

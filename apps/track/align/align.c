@@ -35,6 +35,7 @@ static const struct cli_program program = {
     .name = "talus-track align",
     .summary =
         "finds offset and rate of the camera's clock against a recording, and merges the angles into it",
+    .example = "talus-track align --recording walk.csv --out merged.csv --report align.json track.csv",
     .arguments = "TRACK.csv",
     .min_arguments = 1,
     .max_arguments = 1,

@@ -23,6 +23,8 @@ NAME = "talus-acquire-export"
 USAGE = """\
 usage: talus-acquire-export --dbc D.dbc --model M.yaml --out REC.csv [OPTION...] RECORD.log
 
+    talus-acquire-export --dbc models/leg.dbc --model models/leg_bench.yaml --out walk.csv walk.log
+
 turns a record of the bus into a recording, and says which frames were lost, repeated, out of order or late
 
   -d, --dbc D.dbc                  what the frames hold

@@ -3,7 +3,6 @@
 import json
 import os
 import subprocess
-import sys
 import tempfile
 from pathlib import Path
 
@@ -11,7 +10,7 @@ import yaml
 
 import talus
 from talus import command_line, outputs
-from talus.progress import Step
+from talus.progress import Stages, say
 from talus.refused import Refused
 
 from . import excerpt, experiment, fitted, gate, picture, report, words
@@ -24,6 +23,9 @@ from .verdict import judge
 NAME = "talus-gap"
 USAGE = """\
 usage: talus-gap --model M.yaml --report GAP.json [OPTION...] REC.csv...
+
+    talus-gap --model leg.yaml --report gap.json --html gap.html run.csv
+    talus-gap --model leg.yaml --report gap.json --save-model fitted.yaml run1.csv run2.csv
 
 says where the gap between a model and its recordings lies, which effect causes it and how far it shrinks
 
@@ -46,6 +48,9 @@ LONG = ["model=", "report=", "html=", "save-model=", "trajectory=", "lowpass=", 
 SHORT = {"-m": "--model", "-r": "--report", "-q": "--quiet", "-h": "--help"}
 TOO_LITTLE_MOTION = "too few samples in motion"  # talus-identify's words
 LARGEST_SEED = 2**64 - 1
+# percent of the time after which each stage began, between a minute of a leg without an effect and one of a pendulum with one
+BEGINS = {"recordings": 0, "identification": 3, "low-pass": 7, "candidates": 10, "single effects": 18, "candidates, once more": 20,
+          "combinations": 65, "half the low-pass": 75, "maps": 85, "model with effects": 90, "page": 98}  # fmt: skip
 
 
 class Options:
@@ -90,10 +95,6 @@ class Options:
         if not 0.0 < value < float("inf"):
             raise Refused(2, f"{name}: expected a frequency in Hz above 0, found '{text}'")
         return value
-
-
-def say(text):
-    print(text, file=sys.stderr)
 
 
 # ---- inputs ------------------------------------------------------------------------
@@ -203,7 +204,7 @@ def run(arguments):
     if command_line.answered(options.flags, NAME, USAGE):
         return
     options.check()
-    step = Step(NAME, options.quiet)
+    step = Stages(NAME, BEGINS, options.quiet)
     try:
         found, tree, model = diagnose(options, step)
         steps = experiment.steps(options, found)

@@ -350,7 +350,7 @@ def plain_base(dataset):
     return Gram(dataset, [None] * len(dataset.processed_recordings), []).fold_strengths([])[-1][:dataset.bases]
 
 
-def search(dataset, base, step=lambda text: None, seed=1, replicated=True):
+def search(dataset, base, step=lambda text, part=0.0: None, seed=1, replicated=True):
     """(search, fit): the search at the parameters that suit the best effect, and the effects chosen. `replicated`: against
     replicates of these recordings without any effect."""
     step("candidates")

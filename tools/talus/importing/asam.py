@@ -126,13 +126,8 @@ def _column(signal, left):
 
 
 def _named(signal):
-    """(name, unit): the channel's own unit, once, where the name says it too."""
-    name, said = headers.split(signal.name)
     unit = signal.unit.strip()
-    if unit in NO_UNIT:
-        return name, said
-    same = said is not None and headers.written(said) == (headers.written(unit) or unit)
-    return (name if same else signal.name), unit
+    return headers.beside(signal.name, None if unit in NO_UNIT else unit)
 
 
 def _by_clock(groups, path):

@@ -9,6 +9,7 @@ from . import clock, guess, headers
 
 SPARSE = 0.5  # of the rows without a value: a sensor with a rhythm of its own, and not dropouts
 NEAR = 2.5  # of a sensor's own steps: neighbours further apart are not joined by a straight line
+MOST_NAMES = 12  # in a message
 FIRST = ("_motor_rad", "joint_rad", "slider_m", "_rad_s")  # whose instants are the recording's
 
 
@@ -39,13 +40,26 @@ def find(tables, entry, target):
     if entry.file is not None and not (isinstance(entry.file, int) and 1 <= entry.file <= len(tables)):
         raise Refused(2, f"{target}: file: expected a number from 1 to {len(tables)}, found '{entry.file}'")
     numbers = [entry.file] if entry.file else range(1, len(tables) + 1)
-    found = [(n, tables[n - 1].column(entry.source)) for n in numbers if tables[n - 1].column(entry.source) is not None]
+    found = [(n, one_column(tables[n - 1], entry.source, target)) for n in numbers if tables[n - 1].called(entry.source)]
     if not found:
-        there = ", ".join(c.name for t in tables for c in t.columns)[:200]
+        there = ", ".join(c.label for t in tables for c in t.columns)[:200]
         raise Refused(2, f"{target}: there is no column '{entry.source}'; found {there}")
     if len(found) > 1 and target != "time_s":
         raise Refused(2, f"{target}: '{entry.source}' stands in {len(found)} files; file: in the map says which")
     return found[0]
+
+
+def one_column(table, source, target):
+    """The table's column of that name, or None; Refused where several bear it."""
+    found = table.called(source)
+    if len(found) > 1:
+        raise Refused(2, f"{target}: '{source}' is more than one column; expected one of {names(found)}")
+    return found[0] if found else None
+
+
+def names(columns):
+    """What columns are called, for messages."""
+    return ", ".join(c.label for c in columns[:MOST_NAMES]) + (", ..." if len(columns) > MOST_NAMES else "")
 
 
 def time_entry(tables, mapped, number, times):
@@ -55,7 +69,7 @@ def time_entry(tables, mapped, number, times):
     entry = times.get(number) or mapped.columns.get("time_s")
     if entry is None:
         raise Refused(2, "time_s: the map does not say where it comes from")
-    column = tables[number - 1].column(entry.source)
+    column = one_column(tables[number - 1], entry.source, "time_s")
     if column is None:
         raise Refused(2, f"{tables[number - 1].path}: time_s: there is no column '{entry.source}'")
     unit = entry.unit or column.unit

@@ -15,6 +15,7 @@ WORDS = {"\t": "tabs", " ": "blanks"}
 SAMPLED = 400  # lines that tell the separator
 GROUPED = re.compile(r"^[+-]?\d{1,3}(?:\.\d{3})+,\d+$|^[+-]?\d+,\d+(?:[eE][+-]?\d+)?$")
 POINTED = re.compile(r"^[+-]?\d*\.\d+(?:[eE][+-]?\d+)?$|^[+-]?\d{1,3}(?:,\d{3})+\.\d+$")
+BUS_LOG = re.compile(r"^\([0-9.]+\) \S+ [0-9A-Fa-f]+#")  # a line of candump's
 INSTANT = re.compile(r"\d\d?:\d\d:\d\d")
 
 
@@ -121,11 +122,11 @@ def check_widths(rows, numbers, width, path, notes):
 
 
 def named_once(named):
-    """A name that stands twice gets a number."""
-    count = Counter()
+    """A name that stands twice gets numbers."""
+    often, count = Counter(name for name, _ in named), Counter()
     for name, unit in named:
         count[name] += 1
-        yield (name if count[name] == 1 else f"{name} ({count[name]})"), unit
+        yield (name if often[name] == 1 else f"{name} ({count[name]})"), unit
 
 
 def read(path, data):
@@ -139,6 +140,8 @@ def read(path, data):
     numbers, lines = lines_of(decode(data, notes))
     if len(lines) < 2:
         raise Refused(2, f"{path}: {'empty' if not lines else 'one line only'}")
+    if BUS_LOG.match(lines[0]):
+        raise Refused(2, f"{path}: a log of the bus, try: talus-acquire-export --dbc D.dbc --model M.yaml --out recording.csv '{path}'")
     separator = separator_of(lines)
     if separator is None:
         raise Refused(2, f"{path}: no separator parts its lines into columns of numbers (tried tab ; | , and blank)")

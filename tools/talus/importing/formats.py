@@ -40,22 +40,31 @@ def _read(path):
     return delimited.read(path, data)
 
 
-def columns_of(arrays, path):
-    """Columns of {name: array}, all of the length that most have; a matrix becomes one column for each of its own."""
-    flat = {}
+MOST_OF_A_MATRIX = 64  # columns: a wider array is a picture or a spectrum, and no log
+
+
+def columns_of(arrays, path, units=None):
+    """Columns of {name: array}, all of the length that most have; a matrix becomes one column for each of its own. `units` are those
+    that stand beside an array and not in its name."""
+    flat, unit = {}, {}
     for name, array in arrays.items():
         array = np.asarray(array).squeeze()
         if array.ndim == 2 and array.shape[0] < array.shape[1]:
             array = array.T
+        own = {}
         if array.ndim == 1 and array.dtype.kind in "fiubM":
-            flat[name] = array
-        elif array.ndim == 2 and array.shape[1] <= 64 and array.dtype.kind in "fiub":
-            flat |= {f"{name}[{i}]": array[:, i] for i in range(array.shape[1])}
+            own = {name: array}
+        elif array.ndim == 2 and array.shape[1] <= MOST_OF_A_MATRIX and array.dtype.kind in "fiub":
+            own = {f"{name}[{i}]": array[:, i] for i in range(array.shape[1])}
+        flat |= own
+        unit |= dict.fromkeys(own, (units or {}).get(name))
     if not flat:
         raise Refused(2, f"{path}: holds no columns of numbers")
     lengths = [len(a) for a in flat.values()]
     longest = max(set(lengths), key=lambda n: (n > 1, lengths.count(n), n))
-    out = Table(str(path), [Column(*headers.split(name), array) for name, array in flat.items() if len(array) == longest])
+    kept = {name: array for name, array in flat.items() if len(array) == longest}
+    named = delimited.named_once([headers.beside(name, unit[name]) for name in kept])
+    out = Table(str(path), [Column(*said, array) for said, array in zip(named, kept.values(), strict=True)])
     for name, array in flat.items():
         if len(array) != longest:
             out.notes.append(f"{name}: {len(array)} values where the others have {longest}; left out")
@@ -100,19 +109,11 @@ def hdf5(path):
             file.visititems(take)
     except (OSError, RuntimeError, KeyError) as error:
         raise Refused(2, f"{path}: damaged HDF5 file: {error}") from error
-    return _with_units(columns_of(arrays, path), units)
-
-
-def _with_units(table, units):
-    """Units that stand beside the columns and not in their names."""
-    for column in table.columns:
-        said = units.get(column.name)
-        column.unit = column.unit if said is None else said
-    return table
+    return columns_of(arrays, path, units)
 
 
 def parquet(path):
-    """Parquet, with lists of a fixed length (LeRobot's observation.state) as columns."""
+    """Parquet, with lists of one length (LeRobot's observation.state) as columns."""
     reader = need("pyarrow.parquet", "pyarrow", path)
     try:
         table = reader.read_table(path)
@@ -120,14 +121,24 @@ def parquet(path):
         raise Refused(2, f"{path}: damaged Parquet file: {error}") from error
     arrays, units = {}, {}
     for name in table.column_names:
-        values = table.column(name).to_numpy(zero_copy_only=False)
-        if values.dtype == object and len(values) and isinstance(values[0], np.ndarray) and len(set(map(len, values))) == 1:
-            values = np.stack(values)
+        values, said = table.column(name).to_numpy(zero_copy_only=False), (table.schema.field(name).metadata or {}).get(b"unit")
+        matrix = _of_lists(values)
+        if matrix is not None:
+            name, values = name if matrix.shape[1] > 1 else f"{name}[0]", matrix
         arrays[name] = values
-        said = (table.schema.field(name).metadata or {}).get(b"unit")
         if said:
             units[name] = said.decode()
-    return _with_units(columns_of(arrays, path), units)
+    return columns_of(arrays, path, units)
+
+
+def _of_lists(values):
+    """A matrix of a column of lists of one length, NaN where a row has none; else None."""
+    lists = [row for row in values if row is not None] if values.dtype == object else []
+    widths = {len(row) if isinstance(row, np.ndarray) and row.dtype.kind in "fiub" else 0 for row in lists}
+    if len(widths) != 1 or widths == {0}:
+        return None
+    nothing = np.full(widths.pop(), np.nan)
+    return np.stack([nothing if row is None else row for row in values])
 
 
 def mdf(path):

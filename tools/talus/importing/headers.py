@@ -27,6 +27,7 @@ TARGET = {"rad_s": "radian/second", "rad": "radian", "A": "ampere", "Nm": "newto
           "m": "meter", "N": "newton", "s": "second"}  # fmt: skip
 BRACKETS = re.compile(r"^(.*?)\s*[\[({<]\s*([^\[\](){}<>]+?)\s*[\])}>]\s*$")
 AFTER = re.compile(r"^(.+?)(?:\s+/\s*|\s*,\s+|\s+in\s+)(\S+)$")
+INDEX = re.compile(r"^(.*\S)(\s*\[\d+\])$")
 CAMEL = re.compile(r"^(.*[a-z0-9])(Deg|Rad|Rpm|Sec|Ms|Us|Ns|Amps?|Nm)$")
 SUFFIXES = {"deg", "degs", "degrees", "rad", "rads", "radians", "rev", "turns", "mrad", "rad_s", "deg_s", "rev_s", "dps", "rpm",
             "s", "sec", "secs", "seconds", "ms", "msec", "us", "usec", "ns", "nsec", "a", "amp", "amps", "ma", "nm", "mnm",
@@ -43,8 +44,12 @@ def written(text):
 
 def split(header):
     """(name, unit or None) of a header's field: "Winkel [°]", "angle_deg", "Strom / mA", "timeMs". A number in brackets is no unit
-    but says which one: "state[0]"."""
+    but says which one, also behind a unit: "state[0]", "angle_deg[0]"."""
     header = " ".join(header.split())
+    one_of = INDEX.match(header)
+    if one_of:
+        name, unit = split(one_of[1])
+        return name + one_of[2], unit
     for pattern in (BRACKETS, AFTER):
         match = pattern.match(header)
         if match and match[1] and (written(match[2]) or pattern is BRACKETS and not match[2].isdecimal()):
@@ -58,6 +63,15 @@ def split(header):
             unit = "_".join(words[-n:])
             return header[: -len(unit) - 1], "Nm" if unit.lower() == "nm" else unit
     return header, None
+
+
+def beside(header, unit):
+    """(name, unit) of a header where the unit stands beside it, if it does: once, where the header says it too."""
+    name, said = split(header)
+    if not unit:
+        return name, said
+    same = said is not None and written(said) == (written(unit) or unit)
+    return (name if same else header), unit
 
 
 @functools.cache

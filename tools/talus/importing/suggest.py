@@ -88,7 +88,7 @@ class Suggestion:
         for number, table in enumerate(self.tables, 1):
             mine = [c for c in self.candidates if c.number == number and _is_clock(c)]
             if not mine:
-                raise Refused(2, f"{table.path}: no column looks like a time; found {_names(table)}; --map time_s=COLUMN:UNIT says which")
+                raise Refused(2, f"{table.path}: no column looks like a time; found {assemble.names(table.columns)}; --map time_s=COLUMN:UNIT says which")
             best = min(mine, key=lambda c: (-c.score() // 3, _unevenness(c.column)))
             if len(mine) > 1:
                 others = ", ".join(c.column.name for c in mine if c is not best)
@@ -157,7 +157,7 @@ class Suggestion:
         lacking = [name for name, c in names.items() if held.required >> c & 1 and not have >> c & 1]
         lacking += [" or ".join(n for n, c in names.items() if s >> c & 1) for s in held.any_of if s and not s & have]
         if lacking:
-            found = "; ".join(f"{t.path}: {_names(t)}" for t in self.tables)
+            found = "; ".join(f"{t.path}: {assemble.names(t.columns)}" for t in self.tables)
             raise Refused(2, f"nothing looks like {lacking[0]} (a {self.map.plant}'s recording needs it); found {found}; "
                              f"--map '{lacking[0].split(' or ')[0]}=COLUMN:UNIT' says which")  # fmt: skip
 
@@ -199,11 +199,6 @@ def _holds_times(column):
 
 def _is_date(column):
     return isinstance(column.raw, np.ndarray) and column.raw.dtype.kind == "M"
-
-
-def _names(table):
-    names = [c.name if c.unit is None else f"{c.name} [{c.unit}]" for c in table.columns]
-    return ", ".join(names[:12]) + (", ..." if len(names) > 12 else "")
 
 
 def _unevenness(column):

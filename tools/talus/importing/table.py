@@ -1,12 +1,16 @@
 """A file's columns, whatever its format."""
 
+import re
 from dataclasses import dataclass, field
 
 import numpy as np
 
 from talus.refused import Refused
 
+from . import headers
+
 MISSING = {"", "nan", "na", "n/a", "null", "none", "-", "--", "inf", "-inf", "+inf", "#n/a", "nat", "?"}
+NUMBERED = re.compile(r"\s*(\[\d+\]|\(\d+\))$")  # of a matrix' or list's column, or of a header that stands twice
 
 
 @dataclass
@@ -18,6 +22,11 @@ class Column:
     raw: object
     lines: object = None  # of the file, for messages
     decimal: str = "."
+
+    @property
+    def label(self):
+        """Its name with its unit."""
+        return self.name if self.unit is None else f"{self.name} [{self.unit}]"
 
     def plain(self):
         """Texts with a point as decimal sign and no thousands' signs; arrays as they are."""
@@ -54,10 +63,14 @@ class Table:
     notes: list = field(default_factory=list)
     clock: Column | None = None
 
-    def column(self, name):
-        """By the name with or without its unit, or None; the first of two."""
-        wanted = name.strip()
-        return next((c for c in self.columns if wanted in (c.name, c.name if c.unit is None else f"{c.name} [{c.unit}]")), None)
+    def called(self, name):
+        """The columns that a name may mean: the one of this name, with or without its unit and as its header writes it; else all
+        that bear it with a number."""
+        wanted = " ".join(name.split())
+        said = headers.split(wanted)
+        stems = [NUMBERED.sub("", c.name) for c in self.columns]
+        found = [c for c in self.columns if wanted in (c.name, c.label) or said == (c.name, c.unit)]
+        return found or [c for c, stem in zip(self.columns, stems, strict=True) if wanted == stem or said == (stem, c.unit)]
 
 
 def is_number(text):

@@ -124,7 +124,7 @@ class Replicator:
             with ProcessPoolExecutor(PROCESSES, multiprocessing.get_context("fork"), self.begin) as pool:
                 out = []
                 for number, one in zip(numbers, pool.map(_one, numbers)):
-                    self.step(f"replicates without {'a further' if chosen else 'any'} effect, {number + 1}")
+                    self.step(f"replicates without {'a further' if chosen else 'any'} effect, {number + 1}", (number + 1) / MOST)
                     out.append(one)
                 return out
         finally:
