@@ -365,8 +365,9 @@ def test_the_drives_are_told_to_hold_over_a_short_outage(vcan, tmp_path):
         (told,) = recording.events("play")
         last = read_lines(recording.log)[-1]
         assert told["held"] is (last[2] == "010" and int(last[3][4:6], 16) == 1)  # Mode: hold
+        assert told["held"] is back  # tried for 0.5 s; the outage is 0.1 s
         if not back:  # a busy guest may sleep through a short outage
-            assert not told["held"] and told["end"] == "refused by the kernel" and recording.process.returncode == 1
+            assert told["end"] == "refused by the kernel" and recording.process.returncode == 1
         ip("set", name, "up")
 
 
