@@ -3,13 +3,14 @@ is taken out. The second loses and says nothing; so the first is judged by a tes
 tests/rig/test_interface_cures.py."""
 
 import contextlib
+import itertools
 import subprocess
 import time
 
 import pytest
 from frame_source import FrameSource
 from support import REPOSITORY
-from uncured import LAST_STAMP_WAITS, SYNC_IGNORED, uncured
+from uncured import EVENT_LEFT_OUT, EVENTS_HELD_UP, LAST_STAMP_WAITS, SYNC_IGNORED, uncured
 
 pytestmark = pytest.mark.release  # compiled here, not from the build
 
@@ -58,3 +59,14 @@ def test_a_stamp_at_the_end_of_time(tmp_path, program_of):
     there = source.log.read_bytes().count(b"#")
     assert there == 600 if cured else there < 600
     assert silent(source)
+
+
+@pytest.mark.parametrize("cured", [True, False], ids=["cured", "uncured"])
+def test_events_that_meet_a_full_ring(tmp_path, cured):
+    """The clocks of the second and third second fill it; that of the fourth waits until the writer goes on."""
+    path = uncured(tmp_path / "uncured", EVENTS_HELD_UP if cured else (*EVENTS_HELD_UP, *EVENT_LEFT_OUT))
+    with FrameSource(tmp_path / "r", options=("--duration", 5.5), path=path) as source:
+        source.process.wait(30)
+    assert silent(source)
+    apart_s = [(b["mono_ns"] - a["mono_ns"]) / 1e9 for a, b in itertools.pairwise(source.events("clock"))]
+    assert sum(s > 1.5 for s in apart_s) == (0 if cured else 1)
