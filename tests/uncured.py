@@ -44,12 +44,19 @@ STAMPS_KEPT = (("source/link.c", "  if (before->asked && if_index", "  if (0 && 
 STOP_SLEEPS = (("play/stop_line.c", "  if (stop->playing) __atomic", "  clock_sleep_until(clock_mono_ns() + 30000000);\n  if (stop->playing) __atomic"),)
 STOP_BUSY = (("play/stop_line.c", "  if (stop->playing) __atomic",
               "  for (const int64_t until = clock_mono_ns() + 30000000; clock_mono_ns() < until;) continue;\n  if (stop->playing) __atomic"),)  # fmt: skip
+# Data races, for the thread sanitizer to find: between a source's thread and the writer's, the writer's and the disk's, a button's and the player's
+RING_RACE = (("source/ring.c", "__atomic_store_n(&ring->head, ring->head + 1, __ATOMIC_RELEASE)", "ring->head++"),)
+DISK_RACE = (("record/writer.c", "__atomic_store_n(&w->state[i].handed, w->state[i].frames, __ATOMIC_RELEASE)",
+              "w->state[i].handed = w->state[i].frames"),)  # fmt: skip
+STOP_RACE = (("play/stop_line.c", "__atomic_store_n(stop->playing, 1, __ATOMIC_RELEASE)", "*stop->playing = 1"),)
+SANITIZED = ("-fsanitize=thread", "-fno-omit-frame-pointer", "-g")
 
 
-def uncured(folder, changes):
-    """The program's path. Each text must stand in its file once, so that a change of the source is noticed here."""
+def uncured(folder, changes, build=BUILD, flags=()):
+    """The program's path. Each text must stand in its file once, so that a change of the source is noticed here. `flags` are what `build`
+    was made with besides."""
     folder.mkdir(parents=True, exist_ok=True)
-    objects = BUILD / "obj" / (BUILD / "flags").read_text().strip()
+    objects = build / "obj" / (build / "flags").read_text().strip()
     link = {source: objects / source.with_suffix(".o") for source in SOURCES}
     for name in {name for name, _, _ in changes}:
         source = REPOSITORY / "apps/acquire" / name
@@ -60,8 +67,8 @@ def uncured(folder, changes):
         changed = folder / source.name
         changed.write_text(text)
         made = link[source.relative_to(REPOSITORY)] = changed.with_suffix(".o")
-        subprocess.run(["gcc", *FLAGS, f"-I{source.parent}", f"-I{REPOSITORY}/include", f"-I{REPOSITORY}/apps", "-w", "-c", "-o", made, changed], check=True)
+        subprocess.run(["gcc", *FLAGS, *flags, f"-I{source.parent}", f"-I{REPOSITORY}/include", f"-I{REPOSITORY}/apps", "-w", "-c", "-o", made, changed], check=True)
     path = folder / "talus-acquire"
-    libraries = [objects / "libcommon.a", BUILD / "lib/libtalus.a", *make_variable("APP_LIBS"), *make_variable("GPIOD_LIBS")]
-    subprocess.run(["gcc", "-pthread", "-o", path, *link.values(), *libraries], check=True)
+    libraries = [objects / "libcommon.a", build / "lib/libtalus.a", *make_variable("APP_LIBS"), *make_variable("GPIOD_LIBS")]
+    subprocess.run(["gcc", "-pthread", *flags, "-o", path, *link.values(), *libraries], check=True)
     return path
