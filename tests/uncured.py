@@ -40,6 +40,8 @@ LAST_WORD_NOT_HEARD = (("record/watch.c", "if (n > 0 && concerns(w, i, &event))"
 OTHER_NOT_FOLLOWED = (("source/source_can.c", "      adopt(s, now);\n    }\n  }", "    }\n  }"),)
 # what the adapter's stamps were set to is not set again
 STAMPS_KEPT = (("source/link.c", "  if (before->asked && if_index", "  if (0 && if_index"),)
+# the word that the drives are to hold is said once
+HOLD_SAID_ONCE = (("play/player.c", "!= 0 && clock_mono_ns() < until_ns)", "!= 0 && until_ns == 0)"),)
 # an emergency stop that goes out 30 ms late: the thread sleeps, or it works on something else
 STOP_SLEEPS = (("play/stop_line.c", "  if (stop->playing) __atomic", "  clock_sleep_until(clock_mono_ns() + 30000000);\n  if (stop->playing) __atomic"),)
 STOP_BUSY = (("play/stop_line.c", "  if (stop->playing) __atomic",

@@ -6,9 +6,12 @@
     frames, events = read_log(recording.log), recording.events("drop")
 """
 
+import fcntl
 import json
 import re
 import signal
+import socket
+import struct
 import subprocess
 import time
 from array import array
@@ -17,6 +20,7 @@ from pathlib import Path
 
 from support import BUILD, program
 
+SIOCGIFFLAGS, SIOCSIFFLAGS, IFF_UP = 0x8913, 0x8914, 1
 SOURCE = BUILD / "tests" / "can_source"
 LINE = re.compile(r"\((\d{10}\.\d{6})\) (\S+) ([0-9A-F]+)#(.*)\n")
 
@@ -91,6 +95,14 @@ class Recording:
 
 def ip(*arguments):
     subprocess.run(["ip", "link", *map(str, arguments)], check=True)
+
+
+def switch(name, up):
+    """Up or down at once, where `ip` needs a process and its time."""
+    with socket.socket(socket.AF_CAN, socket.SOCK_RAW, socket.CAN_RAW) as any_socket:
+        asked = struct.pack("16sH22x", name.encode(), 0)
+        flags = struct.unpack_from("16xH", fcntl.ioctl(any_socket, SIOCGIFFLAGS, asked))[0]
+        fcntl.ioctl(any_socket, SIOCSIFFLAGS, struct.pack("16sH22x", name.encode(), flags | IFF_UP if up else flags & ~IFF_UP))
 
 
 def send(*arguments, timeout=300):
