@@ -14,7 +14,7 @@ import time
 
 import pytest
 from pauses import Pauses
-from recording import SOURCE, Recording, counters, hold_up, ip, read_lines, switch
+from recording import SOURCE, Plug, Recording, counters, hold_up, ip, read_lines, switch
 from talus.acquire_export import events as export_events
 from talus.acquire_export import record as export_record
 from test_player import LIMITS, write_trajectory
@@ -25,7 +25,7 @@ pytestmark = [pytest.mark.rig, pytest.mark.release]
 SECONDS = int(os.environ.get("TALUS_RIG_SECONDS", "60"))
 SO_TIMESTAMPNS = 35
 PER_MS = 9  # frames each millisecond: a full bus of 1 Mbit/s
-LOADED = 0.5  # of these at least come while the interface is there: the guest does not sleep through its load
+LEAST_PER_S = 2000  # frames, on the average, where the interface is away for a part of each second
 NOT_TOLD_APART = 1e-3  # of the frames, at most: all others are counted exactly
 ROUNDS = int(os.environ.get("TALUS_RIG_ROUNDS", "20"))
 RENAMES = max(ROUNDS // 2, 1)
@@ -117,17 +117,14 @@ def test_full_load_with_the_plug_out_and_in_each_second(vcan, tmp_path, capsys):
     order. Where the kernel works a backlog off later (a guest with several processors), frames are lost with each interface."""
     (name,) = vcan()
     generator = random.Random(4)
-    with Recording(tmp_path / "full", name) as recording:
+    with Recording(tmp_path / "full", name) as recording, Plug(name) as plug:
         sender = subprocess.Popen([SOURCE, "plugged", str(SECONDS), str(PER_MS), name], stdout=subprocess.PIPE, text=True)
-        rounds, there_s, begin = 0, 0.0, time.monotonic()
-        plugged_in = begin
+        rounds, begin = 0, time.monotonic()
         while sender.poll() is None:
             time.sleep(max(begin + rounds + generator.random() - time.monotonic(), 0))
-            there_s += time.monotonic() - plugged_in
-            ip("del", name)
+            plug.out()
             time.sleep(0.1 * generator.random())
-            plug_in(name)
-            plugged_in = time.monotonic()
+            plug.back()
             rounds += 1
         sent = int(sender.communicate()[0].split()[1])
         time.sleep(0.3)
@@ -135,9 +132,9 @@ def test_full_load_with_the_plug_out_and_in_each_second(vcan, tmp_path, capsys):
     numbers, reported = counters(recording.log)[name][1], recording.end()["lost"]
     unread, perhaps = (sum(event[key] for event in recording.events("vanished")) for key in ("lost", "perhaps_lost"))
     with capsys.disabled():
-        print(f"\n  {SECONDS} s at full load, {rounds} times out and in, there for {there_s:.0f} s: sent {sent}, {sent / there_s:.0f}/s, "
+        print(f"\n  {SECONDS} s at full load, {rounds} times out and in: sent {sent}, {sent // SECONDS}/s, "
               f"logged {len(numbers)}, reported {reported}, {unread} of them thrown away behind the interface's count; perhaps {perhaps} more")  # fmt: skip
-    assert sender.returncode == 0 and sent > 1000 * SECONDS and sent > LOADED * 1000 * PER_MS * there_s and rounds >= SECONDS / 2
+    assert sender.returncode == 0 and sent > LEAST_PER_S * SECONDS and rounds >= SECONDS / 2
     assert perhaps <= NOT_TOLD_APART * sent
     assert len(numbers) + reported <= sent <= len(numbers) + reported + perhaps
     assert len(recording.events("vanished")) == rounds and all(event["known"] for event in recording.events("vanished"))
