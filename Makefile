@@ -89,7 +89,7 @@ CXX ?= g++
 OPENCV_INCLUDE ?= /usr/include/opencv4
 OPENCV_MODULES := calib3d videoio imgcodecs imgproc core
 OPENCV_MISSING := $(strip $(foreach m,$(OPENCV_MODULES),$(if $(wildcard $(OPENCV_INCLUDE)/opencv2/$(m).hpp),,opencv_$(m))))
-CXX_FLAGS := -std=c++17 -Wall -Wextra -Wshadow -ffp-contract=off -Iapps -isystem $(OPENCV_INCLUDE) $(SANITIZERS)
+CXX_FLAGS := -std=c++17 -D_FILE_OFFSET_BITS=64 -Wall -Wextra -Wshadow -ffp-contract=off -Iapps -isystem $(OPENCV_INCLUDE) $(SANITIZERS)
 OPENCV_LIBS := $(OPENCV_MODULES:%=-lopencv_%) -lstdc++
 
 FLAGS_ID := $(shell printf '%s' '$(CC) $(CPPFLAGS) $(CFLAGS) $(LDFLAGS) $(LIB_FLAGS) $(APP_FLAGS) $(APP_LIBS) $(GPIOD_FLAGS) $(GPIOD_LIBS) $(CXX) $(CXX_FLAGS)' \

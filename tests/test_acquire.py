@@ -331,6 +331,7 @@ def test_a_disk_that_fails_behind_the_write(tmp_path, failing_disk, monkeypatch,
     (bench,) = end["sources"]
     there = len(source.lines())
     assert end["reason"] == "write failed" and bench["unexplained"] == 0
+    assert end["events_not_written"] > 0 and f"EVENTS NOT WRITTEN {end['events_not_written']}" in source.printed  # the last clock
     assert bench["synced"] <= there and bench["frames"] == bench["synced"] + bench["not_synced"]
     assert end["lost"] == bench["not_synced"] + bench["not_written"] > 0
     assert bench["read"] == bench["synced"] + end["lost"]

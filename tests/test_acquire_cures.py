@@ -3,13 +3,14 @@ is taken out. The second loses and says nothing; so the first is judged by a tes
 tests/rig/test_interface_cures.py."""
 
 import contextlib
+import itertools
 import subprocess
 import time
 
 import pytest
 from frame_source import FrameSource
 from support import REPOSITORY
-from uncured import LAST_STAMP_WAITS, SYNC_IGNORED, uncured
+from uncured import EVENT_LEFT_OUT, EVENTS_HELD_UP, LAST_STAMP_WAITS, LAST_STAMP_WAITS_TOLD, SYNC_IGNORED, uncured
 
 pytestmark = pytest.mark.release  # compiled here, not from the build
 
@@ -49,12 +50,37 @@ def test_a_disk_that_fails_behind_the_write(tmp_path, monkeypatch, program_of):
         assert silent(source)
 
 
-def test_a_stamp_at_the_end_of_time(tmp_path, program_of):
-    path, cured = program_of(LAST_STAMP_WAITS)
-    with FrameSource(tmp_path / "r", "a", "b", path=path) as source:
+def record_with_the_last_stamp(folder, path):
+    """600 frames of two sources, one of them with the last stamp there is; the recording, and how many are in its log."""
+    with FrameSource(folder / "r", "a", "b", path=path) as source:
         for k in range(600):
             source.send(0x123, k.to_bytes(4, "little"), stamp_ns=2**63 - 1 if k == 300 else START_NS + k * 10**6, to="ab"[k % 2])
         source.close()
-    there = source.log.read_bytes().count(b"#")
+    return source, source.log.read_bytes().count(b"#")
+
+
+def test_a_stamp_at_the_end_of_time(tmp_path, program_of):
+    path, cured = program_of(LAST_STAMP_WAITS)
+    source, there = record_with_the_last_stamp(tmp_path, path)
     assert there == 600 if cured else there < 600
     assert silent(source)
+
+
+def test_an_account_that_does_not_balance(tmp_path):
+    """What a fault of the program keeps from the log is unexplained: each frame, the source that had it, and the status."""
+    source, there = record_with_the_last_stamp(tmp_path, uncured(tmp_path / "uncured", LAST_STAMP_WAITS_TOLD))
+    end = source.events("end")[0]
+    unexplained = {one["name"]: one["unexplained"] for one in end["sources"]}
+    assert unexplained == {"a": 600 - there, "b": 0} and end["lost"] == 600 - there > 0
+    assert source.status == 1 and f"UNEXPLAINED {600 - there}" in source.printed
+
+
+@pytest.mark.parametrize("cured", [True, False], ids=["cured", "uncured"])
+def test_events_that_meet_a_full_ring(tmp_path, cured):
+    """From the first second to 3.3 s the writer does not look: the next clocks wait for it, or are missing."""
+    path = uncured(tmp_path / "uncured", EVENTS_HELD_UP if cured else (*EVENTS_HELD_UP, *EVENT_LEFT_OUT))
+    with FrameSource(tmp_path / "r", options=("--duration", 4.5), path=path) as source:
+        source.process.wait(30)
+    assert silent(source)
+    apart_s = [(b["mono_ns"] - a["mono_ns"]) / 1e9 for a, b in itertools.pairwise(source.events("clock"))]
+    assert sum(s > 1.7 for s in apart_s) == (0 if cured else 1)

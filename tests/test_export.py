@@ -631,6 +631,7 @@ def test_a_bus_section_of_another_bench(bench, tmp_path):
 
 @pytest.mark.parametrize(("options", "words"), [
     (["--rate", "fast"], "--rate: expected a number"), (["--rate", "0"], "--rate: expected a number"),
+    (["--rate", "1e6"], "expected at most 16 for each"), (["--rate", "1e7"], "--rate: expected a number"),
     (["--channel", "knee_motor_rad"], "--channel: expected COLUMN=MESSAGE.SIGNAL"),
     (["--channel", "wings=A.B"], "'wings' is no column"),
     (["--channel", "knee_motor_rad=A.B"], "has no signal A.B"),

@@ -6,9 +6,12 @@
     frames, events = read_log(recording.log), recording.events("drop")
 """
 
+import fcntl
 import json
 import re
 import signal
+import socket
+import struct
 import subprocess
 import time
 from array import array
@@ -17,6 +20,7 @@ from pathlib import Path
 
 from support import BUILD, program
 
+SIOCGIFFLAGS, SIOCSIFFLAGS, IFF_UP = 0x8913, 0x8914, 1
 SOURCE = BUILD / "tests" / "can_source"
 LINE = re.compile(r"\((\d{10}\.\d{6})\) (\S+) ([0-9A-F]+)#(.*)\n")
 
@@ -91,6 +95,52 @@ class Recording:
 
 def ip(*arguments):
     subprocess.run(["ip", "link", *map(str, arguments)], check=True)
+
+
+def flags_of(any_socket, name):
+    return struct.unpack_from("16xH", fcntl.ioctl(any_socket, SIOCGIFFLAGS, struct.pack("16sH22x", name.encode(), 0)))[0]
+
+
+class Plug:
+    """A virtual interface out and in, by one process of `ip` that stays: a new one for each change took most of a second under load."""
+
+    def __init__(self, name):
+        self.name, self.ip = name, subprocess.Popen(["ip", "-batch", "-"], stdin=subprocess.PIPE, text=True)
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self.ip.communicate()
+
+    def say(self, *lines):
+        self.ip.stdin.write("".join(line + "\n" for line in lines))
+        self.ip.stdin.flush()
+
+    def out(self):
+        self.say(f"link del {self.name}")
+
+    def back(self):
+        """In, and waits until it is up."""
+        self.say(f"link add dev {self.name} type vcan", f"link set {self.name} up")
+        with socket.socket(socket.AF_CAN, socket.SOCK_RAW, socket.CAN_RAW) as any_socket:
+            until = time.monotonic() + 30
+            while not self.is_up(any_socket):
+                assert time.monotonic() < until and self.ip.poll() is None, f"{self.name} does not come back"
+                time.sleep(0.002)
+
+    def is_up(self, any_socket):
+        try:
+            return flags_of(any_socket, self.name) & IFF_UP
+        except OSError:  # not there
+            return False
+
+
+def switch(name, up):
+    """Up or down at once, where `ip` needs a process and its time."""
+    with socket.socket(socket.AF_CAN, socket.SOCK_RAW, socket.CAN_RAW) as any_socket:
+        flags = flags_of(any_socket, name)
+        fcntl.ioctl(any_socket, SIOCSIFFLAGS, struct.pack("16sH22x", name.encode(), flags | IFF_UP if up else flags & ~IFF_UP))
 
 
 def send(*arguments, timeout=300):

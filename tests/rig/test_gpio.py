@@ -153,14 +153,50 @@ def test_a_stop_that_cannot_be_sent_is_a_failure(chip, record, vcan):
     chip.drive(6, 1)
 
 
-def test_an_emergency_edge_ends_the_playing(chip, record, vcan, tmp_path):
-    """Behind the stop frame there is no set-point but one that was on its way, and the host no longer says follow."""
-    (name,) = vcan()
-    chip.drive(6, 1)
+@pytest.fixture
+def play(tmp_path):
+    """Options that play ten seconds."""
     rows = "".join(f"{k / 100},{k / 1e5},0\n" for k in range(1000))
     (tmp_path / "t.csv").write_text("time_s,knee_rad,ankle_rad\n" + rows)
     limits = "knee.position=-1:1,knee.speed=9,ankle.position=-1:1,ankle.speed=9"
-    play = ("--play", tmp_path / "t.csv", "--play-latest", 60, "--limits", limits)
+    return "--play", tmp_path / "t.csv", "--play-latest", 60, "--limits", limits
+
+
+def test_a_button_that_rises(chip, record, vcan):
+    """Its level is read as the other way round, and only its rise is an emergency."""
+    (name,) = vcan()
+    chip.drive(6, 0)
+    with record("--stop", name, f"estop:button={chip.name}:6:rising", name) as recording:
+        time.sleep(0.3)
+        for level in (1, 0, 1, 0):
+            chip.drive(6, level)
+            time.sleep(0.3)
+        recording.stop()
+    assert recording.events("header")[0]["sources"][0]["pressed"] is False
+    assert [edge["value"] for edge in recording.events("edge")] == [1, 1]
+    assert [stop["frames"] for stop in recording.events("stop")] == [3, 3]
+    assert [line[2] for line in read_lines(recording.log)] == ["001"] * 6
+    chip.drive(6, 1)
+
+
+@pytest.mark.parametrize(("edges", "level", "words"), [
+    ("falling", 0, "the emergency stop is pressed: nothing is played"),
+    ("rising", 1, "the emergency stop is pressed: nothing is played"),
+    ("both", 1, "whether the emergency stop is pressed cannot be read (with both edges it has no pressed level): nothing is played"),
+])  # fmt: skip
+def test_a_button_that_lets_nobody_play(chip, record, vcan, play, edges, level, words):
+    (name,) = vcan()
+    chip.drive(6, level)
+    with record(*play, "--stop", name, f"estop:button={chip.name}:6:{edges}", name) as recording:
+        assert recording.wait(status=1) == f"talus-acquire: button: {words}\n"
+    assert not recording.log.exists()
+    chip.drive(6, 1)
+
+
+def test_an_emergency_edge_ends_the_playing(chip, record, vcan, play):
+    """Behind the stop frame there is no set-point but one that was on its way, and the host no longer says follow."""
+    (name,) = vcan()
+    chip.drive(6, 1)
     with record(*play, "--stop", name, f"estop:button={chip.name}:6", name) as recording:
         time.sleep(2)
         chip.drive(6, 0)

@@ -1,5 +1,5 @@
 """talus-acquire under the thread sanitizer on a real SocketCAN and GPIO: source, ring, writer, watch, stop, player, the disk's thread
-and the compressor, without a data race. In the QEMU guest: the sanitizer needs more addresses than UML gives a process."""
+and the compressor, without a data race; one that is planted is found. In the QEMU guest: the sanitizer needs more addresses than UML gives a process."""
 
 import os
 import random
@@ -12,6 +12,7 @@ from support import BUILD
 from talus.acquire_export import record as export_record
 from test_gpio import chip  # noqa: F401 - a fixture
 from test_player import LIMITS, write_trajectory
+from uncured import SANITIZED, STOP_RACE, uncured
 
 pytestmark = [pytest.mark.rig, pytest.mark.release]
 
@@ -21,11 +22,11 @@ OPTIONS = ("--no-realtime", "--rotate", "50k", "--compress")
 
 @pytest.fixture
 def record(tmp_path, monkeypatch):
-    """Starts a recording by the sanitized program; a data race makes its status 66, whatever else there was."""
+    """Starts a recording by the sanitized program, or one that is given; a data race makes its status 66, whatever else there was."""
     monkeypatch.setenv("TSAN_OPTIONS", "exitcode=66")
-    path = BUILD / "tsan/bin/talus-acquire"
-    assert path.exists(), "make tsan"
-    return lambda *arguments: Recording(tmp_path / "r", *OPTIONS, *arguments, path=path)
+    whole = BUILD / "tsan/bin/talus-acquire"
+    assert whole.exists(), "make tsan"
+    return lambda *arguments, path=whole: Recording(tmp_path / "r", *OPTIONS, *arguments, path=path)
 
 
 def finish(recording):
@@ -76,3 +77,18 @@ def test_stop_and_player(vcan, tmp_path, record, chip):  # noqa: F811
     stops = [stop["frames"] for stop in recording.events("stop")]
     assert told["end"] == "stopped" and told["sent"] > 0 and stops[0] == 3 and {0, 3} == set(stops)
     assert (export_record.read(str(recording.log)).identifier == 1).sum() == 3 * stops.count(3)
+
+
+def test_a_planted_race_is_found(vcan, tmp_path, record, chip):  # noqa: F811
+    """The button's thread tells the player's to end, and one of the two does it without an atomic."""
+    (name,) = vcan()
+    path = uncured(tmp_path / "racing", STOP_RACE, BUILD / "tsan", SANITIZED)
+    write_trajectory(tmp_path / "t.csv", rows=5000)
+    chip.drive(6, 1)
+    play = ("--play", tmp_path / "t.csv", "--limits", LIMITS, "--play-latest", 600)
+    with record(*play, "--stop", name, f"estop:button={chip.name}:6", name, path=path) as recording:
+        time.sleep(1)
+        chip.drive(6, 0)
+        printed = recording.wait(status=66)
+    assert "WARNING: ThreadSanitizer: data race" in printed and "stop_line" in printed
+    chip.drive(6, 1)

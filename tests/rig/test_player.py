@@ -7,7 +7,7 @@ from pathlib import Path
 
 import cantools
 import pytest
-from recording import Recording, read_lines
+from recording import Recording, ip, read_lines
 from support import REPOSITORY, run
 
 pytestmark = [pytest.mark.rig, pytest.mark.release]
@@ -97,3 +97,17 @@ def test_ctrl_c_while_playing_holds(vcan, tmp_path):
     assert ankle == told["sent"] and knee - ankle in (0, 1)  # it may end between a row's two frames
     assert str(commands(recording.log, 0x010)[-1][1]["Mode"]) == "Hold"
     assert int(read_lines(recording.log)[-1][2], 16) == 0x010
+
+
+def test_an_interface_that_is_down_at_the_start(vcan, tmp_path):
+    """Nothing is sent, and that is said: of the emergency stop, of the set-points, and of the last word to the drives."""
+    (name,) = vcan()
+    ip("set", name, "down")
+    write_trajectory(tmp_path / "t.csv", rows=100)
+    play = ("--play", tmp_path / "t.csv", *PATIENT, "--limits", LIMITS)
+    with Recording(tmp_path / "p", *play, "--stop", name, name) as recording:
+        printed = recording.wait(status=1)
+    assert f"an emergency stop CANNOT BE SENT on {name} now: Network is down" in printed
+    assert f"{tmp_path / 't.csv'}: playing ended at set-point 0: refused by the kernel" in printed
+    (told,) = recording.events("play")
+    assert (told["sent"], told["held"]) == (0, False) and read_lines(recording.log) == []

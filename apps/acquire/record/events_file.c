@@ -146,6 +146,7 @@ void events_file_end(struct text *json, const struct events_end *facts) {
   text_set(t, "real_ns", clock_real_ns());
   text_set(t, "mono_ns", clock_mono_ns());
   text_set(t, "lost", (int64_t)writer_lost(writer));
+  text_set(t, "events_not_written", (int64_t)writer->events_not_written);
   text_set(t, "out_of_order", (int64_t)writer->out_of_order);
   text_key(t, "sources");
   text_string(t, "[");
@@ -199,6 +200,8 @@ void events_file_summary(const struct events_end *facts, const char *log, double
   fprintf(stderr, "%s: %.1f s, ended by %s, ", log, seconds, facts->reason);
   print_lost(lost, writer_knows(facts->writer));
   for (int i = 0; i < facts->writer->sources; i++) print_source(facts->writer, i, seconds);
+  if (facts->writer->events_not_written)
+    fprintf(stderr, "  EVENTS NOT WRITTEN %" PRIu64 "\n", facts->writer->events_not_written);
   fprintf(stderr, "  after start: page faults %" PRId64 " minor, %" PRId64 " major",
           facts->loop->minor_faults, facts->loop->major_faults);
   if (facts->loop->allocations >= 0)

@@ -364,7 +364,7 @@ static void finish_files(struct session *s) {
   struct text *json = &s->files.file[FILE_JSON].text;
   if (writer_sync(&s->writer) != 0) s->reason = REASON_DISK;
   if (file_pair_failure(&s->files)) {
-    writer_give_up(&s->writer);
+    writer_give_up(&s->writer, s->watch.abandoned);
     writer_tell_not_synced(&s->writer);
   }
   if (s->settings->play) player_report(&s->player, json);

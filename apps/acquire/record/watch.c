@@ -44,8 +44,14 @@ void watch_close(struct watch *w) {
   ring_free(&w->events);
 }
 
+/* As a source does: waits where the ring is full because the disk holds up the writer. Emergency stops are told of meanwhile. */
 static void push(struct watch *w, const struct item *item) {
-  ring_push(&w->events, item); /* far larger than what can come between two cycles of the writer */
+  while (!ring_push(&w->events, item)) {
+    watch_stops(w);
+    if (source_wait_for_room(w->source)) continue;
+    w->abandoned++;
+    return;
+  }
 }
 
 static struct item event(enum item_kind kind, int source) {

@@ -23,7 +23,8 @@ struct watch {
   struct link_told told[MAX_SOURCES];
   uint64_t live_seen[MAX_SOURCES]; /* by the last live line */
   uint64_t stops_told[MAX_SOURCES];
-  int path_failure; /* of the stop's path, as last told; -1 not yet */
+  int path_failure;   /* of the stop's path, as last told; -1 not yet */
+  uint64_t abandoned; /* events, not put into the ring: the writer was dead */
 };
 
 /* 0, or -1 with the reason. */

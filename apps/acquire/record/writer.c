@@ -341,12 +341,16 @@ static int flush_when_full(struct writer *w) {
   return full ? flush_all(w) : 0;
 }
 
-void writer_give_up(struct writer *w) {
-  for (int i = 0; i < w->sources; i++) {
+void writer_give_up(struct writer *w, uint64_t abandoned) {
+  w->events_not_written += abandoned;
+  for (int i = 0; i <= w->sources; i++) {
     struct ring *r = ring_of(w, i);
+    if (i < w->sources) w->events_not_written += w->source[i].count.events_abandoned;
     for (; ring_filled(r); ring_drop(r, 1)) {
-      const enum item_kind kind = (enum item_kind)ring_peek(r, 0)->kind;
-      w->state[i].not_written += ITEM_IS_COUNTED(kind);
+      const struct item *item = ring_peek(r, 0);
+      const int counted = ITEM_IS_COUNTED(item->kind);
+      w->state[item->source].not_written += (uint64_t)counted;
+      w->events_not_written += (uint64_t)!counted;
     }
   }
 }

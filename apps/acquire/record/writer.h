@@ -40,16 +40,18 @@ struct writer {
   struct written state[MAX_SOURCES];
   uint32_t events_old;
   int cycle;
-  int64_t last_ns;       /* realtime of the last frame in the log, of any source */
-  uint64_t out_of_order; /* frames in the log behind a later one of another interface */
+  uint64_t events_not_written; /* taken from a ring, or never put there, and in no file */
+  int64_t last_ns;             /* realtime of the last frame in the log, of any source */
+  uint64_t out_of_order;       /* frames in the log behind a later one of another interface */
 };
 
 void writer_init(struct writer *w, struct file_pair *files, struct source *source, int sources,
                  struct ring *events);
 /* Writes what is settled; with `all` everything that is in the rings. 0, or -1 when the disk refuses. */
 int writer_cycle(struct writer *w, int all);
-/* After a failure, with the readers ended: what is still in the rings counts as not written. */
-void writer_give_up(struct writer *w);
+/* After a failure, with the readers ended: what is still in the rings counts as not written, and so do the events that were
+ * abandoned before them. */
+void writer_give_up(struct writer *w, uint64_t abandoned);
 /* After a failure, with all threads ended: says what the disk has not confirmed. */
 void writer_tell_not_synced(struct writer *w);
 /* What has been written, to the disk. On a thread of its own; 0, or -1 when the disk refuses. */

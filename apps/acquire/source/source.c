@@ -46,12 +46,16 @@ uint64_t source_count(const uint64_t *count) {
   return __atomic_load_n(count, __ATOMIC_RELAXED);
 }
 
+int source_wait_for_room(const struct source *source) {
+  if (__atomic_load_n(&source->writer_dead, __ATOMIC_ACQUIRE)) return 0;
+  clock_sleep_until(clock_mono_ns() + WAIT_NS);
+  return 1;
+}
+
 void source_push(struct source *source, const struct item *item) {
   while (!ring_push(&source->ring, item)) {
-    if (__atomic_load_n(&source->writer_dead, __ATOMIC_ACQUIRE)) {
-      source_add(&source->count.abandoned, ITEM_IS_COUNTED(item->kind));
-      return;
-    }
-    clock_sleep_until(clock_mono_ns() + WAIT_NS);
+    if (source_wait_for_room(source)) continue;
+    source_add(ITEM_IS_COUNTED(item->kind) ? &source->count.abandoned : &source->count.events_abandoned, 1);
+    return;
   }
 }

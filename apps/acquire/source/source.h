@@ -36,13 +36,14 @@ struct source_settings {
 
 /* Counted by the source's thread, where it happens; others look with source_count. */
 struct source_counts {
-  uint64_t read;      /* messages had from the kernel; edges */
-  uint64_t frames;    /* of them: frames to be written, or edges */
-  uint64_t errors;    /* error frames */
-  uint64_t malformed; /* messages of an inherited socket that are no frames */
-  uint64_t foreign;   /* of other interfaces, before they were left out */
-  uint64_t lost;      /* by the kernel, known so far */
-  uint64_t abandoned; /* of `frames`, not put into the ring: the writer was dead */
+  uint64_t read;             /* messages had from the kernel; edges */
+  uint64_t frames;           /* of them: frames to be written, or edges */
+  uint64_t errors;           /* error frames */
+  uint64_t malformed;        /* messages of an inherited socket that are no frames */
+  uint64_t foreign;          /* of other interfaces, before they were left out */
+  uint64_t lost;             /* by the kernel, known so far */
+  uint64_t abandoned;        /* of `frames`, not put into the ring: the writer was dead */
+  uint64_t events_abandoned; /* all else that was not, for the same reason */
 };
 
 enum vanished_state { SETTLED, JUST_GONE, BEING_READ };
@@ -107,6 +108,8 @@ int source_is_can(const struct source *source);
 /* Into the ring; waits where it is full, so that what cannot be kept stays in the kernel, which counts
  * what it drops. */
 void source_push(struct source *source, const struct item *item);
+/* For the next try at a ring that is full; 0: the writer is dead. */
+int source_wait_for_room(const struct source *source);
 
 /* By the source's thread alone; and a look at it by any thread. */
 void source_add(uint64_t *count, uint64_t more);
