@@ -17,7 +17,7 @@ from pauses import Pauses
 from recording import SOURCE, Plug, Recording, counters, hold_up, ip, read_lines, switch
 from talus.acquire_export import events as export_events
 from talus.acquire_export import record as export_record
-from test_player import LIMITS, write_trajectory
+from trajectory import LIMITS, write_trajectory
 from uncured import HOLD_SAID_ONCE, STOP_BUSY, STOP_SLEEPS, uncured
 
 pytestmark = [pytest.mark.rig, pytest.mark.release]

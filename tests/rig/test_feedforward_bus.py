@@ -15,7 +15,8 @@ from recording import Recording
 from scipy.interpolate import CubicSpline
 from support import REPOSITORY, program
 from talus import Model, ffi, lib
-from test_player import LIMITS, PATIENT, commands, tmp_path  # noqa: F401 (a fixture)
+from test_player import commands, tmp_path  # noqa: F401 (a fixture)
+from trajectory import LIMITS, PATIENT
 
 pytestmark = [pytest.mark.rig, pytest.mark.release]
 

@@ -11,7 +11,7 @@ from recording import SOURCE, Recording, ip
 from support import BUILD
 from talus.acquire_export import record as export_record
 from test_gpio import chip  # noqa: F401 - a fixture
-from test_player import LIMITS, write_trajectory
+from trajectory import LIMITS, write_trajectory
 from uncured import SANITIZED, STOP_RACE, uncured
 
 pytestmark = [pytest.mark.rig, pytest.mark.release]
