@@ -43,6 +43,13 @@ def test_sets_without_the_first_effect_and_of_its_size_are_rivals(search):
     assert found.chosen == [GAP, TEETH]  # the set's own first one last
 
 
+def test_a_set_that_differs_in_one_effect_is_not_counted_twice(search):
+    """It stands among the rivals already: beside the same others, with another effect in the first one's place."""
+    search.other_sets = [fit_of([TEETH, TWIST]), fit_of([TWIST, GAP]), fit_of([GAP])]
+    assert verdict.other_sets(search, fit_of([SPRING, TWIST])) == []
+    assert verdict.other_sets(search, fit_of([SPRING])) == []
+
+
 @pytest.mark.parametrize("weight, share", [(1.0, 0.5), (0.25, 0.2)])
 def test_a_set_that_does_as_well_halves_the_first_ones_probability(monkeypatch, search, weight, share):
     """By what it leaves and by how likely its forms are, all of them."""

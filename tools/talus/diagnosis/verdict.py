@@ -173,9 +173,14 @@ def rivals(search, fit):
 
 def other_sets(search, fit):
     """Whole sets of as many effects that came near the fit without its first one; their own first effect stands last, as a rival's
-    does. What follows was chosen to suit the first effect, and a rival that suits others is seen beside those alone."""
-    found = [search.ordered(one) for one in search.other_sets
-             if len(one.chosen) == len(fit.chosen) and fit.chosen[0].key not in (c.key for c in one.chosen)]  # fmt: skip
+    does. What follows was chosen to suit the first effect, and a rival that suits others is seen beside those alone. Sets that
+    differ from the fit in one effect are among the rivals already."""
+    beside = {candidate.key for candidate in fit.chosen[1:]}
+    found = []
+    for one in search.other_sets:
+        keys = {candidate.key for candidate in one.chosen}
+        if len(one.chosen) == len(fit.chosen) and fit.chosen[0].key not in keys and len(keys - beside) > 1:
+            found.append(search.ordered(one))
     return [search.fit([*one.chosen[1:], one.chosen[0]]) for one in found]
 
 
