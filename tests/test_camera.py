@@ -57,10 +57,13 @@ def test_a_torque_constant_is_the_true_models():
 # ---- every figure, by hand -------------------------------------------------------------
 
 
-def report(effect, joint, probability, *confusable, withheld=False):
-    """One that talus-gap might have given."""
+def report(effect, joint, probability, *confusable, withheld=False, encoder=None):
+    """One that talus-gap might have given; `encoder`: how likely a tilt is the encoder's zero."""
     groups = [{"effects": [effect, *confusable], "joint": joint}] if confusable else []
-    return {"verdict": {"effect": effect, "joint": joint, "probability": probability, "withheld": withheld}, "confusable": groups}
+    verdict = {"effect": effect, "joint": joint, "probability": probability, "withheld": withheld}
+    source = {"bench": None if encoder is None else 1 - encoder, "encoder": encoder, "camera_less_encoder_rad": 0.0}
+    listed = [{"effect": effect, "source": source}] if effect == "gravity_tilt" else []
+    return {"verdict": verdict, "confusable": groups, "effects": listed}
 
 
 def result(effect, joint, without, with_camera, mean_mrad=0.0):
@@ -90,6 +93,16 @@ def test_a_case_by_hand():
     assert rows[4]["with"] == "gravity_tilt 0.99 or encoder_offset"
 
 
+@pytest.mark.parametrize("encoder, cause, alone", [(0.01, "gravity_tilt", True), (0.2, "gravity_tilt", False), (0.6, "encoder_offset", False),
+                                                   (0.99, "encoder_offset", True)])  # fmt: skip
+def test_a_tilt_is_what_the_camera_says_it_is(encoder, cause, alone):
+    found = report("gravity_tilt", "base", 0.9, encoder=encoder)
+    other = {"gravity_tilt": "encoder_offset", "encoder_offset": "gravity_tilt"}[cause]
+    truth = cause, {"gravity_tilt": "base", "encoder_offset": "knee"}[cause]
+    assert camera_scores.read(found, truth) == (f"{cause} 0.90" + ("" if alone else f" or {other}"), True, alone)
+    assert camera_scores.read(found, (other, "base"))[1:] == (False, False)
+
+
 def test_bars_and_causes_by_hand():
     rows = [camera_scores.judge(one) for one in every_kind()]
     bars = {bar.name: (bar.value, bar.count, bar.met) for bar in camera_scores.bars(rows)}
@@ -101,15 +114,17 @@ def test_bars_and_causes_by_hand():
 
 def test_the_command(short, tmp_path, monkeypatch, capsys):
     """Both recordings differ by the camera's columns alone."""
-    heads = []
+    heads, asked = [], []
 
-    def diagnosed(model, recording, folder):
+    def diagnosed(model, recording, folder, *options):
+        asked.append(options)
         heads.append(recording.read_text().splitlines()[0].split(","))
         return {"status": 0, "report": report("gravity_tilt", "base", 0.9)}
 
     monkeypatch.setattr(running, "diagnosed", diagnosed)
     assert main(["camera", "--count", "2", "--out", str(tmp_path)]) == 0
     assert set(heads[1]) - set(heads[0]) == {"shank_rad", "foot_rad"} and heads[0] == heads[2]
+    assert asked == [(), ("--camera-zero", "0.002")] * 2
     found = json.loads((tmp_path / "camera.json").read_text())
     assert [row["effect"] for row in found["cases"]] == ["encoder_offset", "gravity_tilt"]
     assert found["bars"][-1]["value"] == 1.0 and "gravity_tilt 0.90 or encoder_offset" in capsys.readouterr().out

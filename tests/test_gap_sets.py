@@ -26,7 +26,7 @@ def search():
     """Its refined sets leave a half of what they left on the grid."""
     half = lambda fit: fit_of(fit.chosen, 0.5 * fit.excess)
     return SimpleNamespace(tolerated=TOLERATED, reshaped=lambda fit: fit, all_refined=half, fit=fit_of, ordered=lambda fit: fit,
-                           nothing=lambda before, after: 0.0, other_sets=[])  # fmt: skip
+                           nothing=lambda before, after: 0.0, other_sets=[], camera_zero_rad=None)  # fmt: skip
 
 
 def test_each_set_is_refined_once_and_only_near_the_best(search):

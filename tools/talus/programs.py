@@ -142,10 +142,11 @@ class Diagnosis:
 
 
 def diagnose(model: Model | str | Path, recordings: Recording | str | Path | Iterable[Recording | str | Path], *, seed: int = 1,
-             effects: Iterable[Effect] = ()) -> Diagnosis:
+             effects: Iterable[Effect] = (), camera_zero_rad: float | None = None) -> Diagnosis:
     """Where the gap between a model and its recordings lies, which effect causes it and how far it shrinks: talus-gap's own
     code and figures. Models and recordings are objects or names of files; InputError as talus-gap refuses them. `effects` of one's
-    own are tried beside the catalogue's (see Effect).
+    own are tried beside the catalogue's (see Effect). `camera_zero_rad`: how well the camera's zero is known against the bench
+    (standard deviation); then it tells a bench that leans from an encoder's zero (`source` of gravity_tilt).
 
     >>> model = talus.read("models/pendulum.yaml")
     >>> truth = talus.Model.from_text(model.text() + "effects: [{effect: stribeck, joint: joint, "
@@ -159,7 +160,8 @@ def diagnose(model: Model | str | Path, recordings: Recording | str | Path | Ite
     many = [recordings] if isinstance(recordings, (Recording, str, Path)) else list(recordings)
     with tempfile.TemporaryDirectory(prefix="talus-") as folder:
         names = [_file(folder, f"recording-{i}.csv", one) for i, one in enumerate(many, 1)]
-        arguments = ["--model", _file(folder, "model.yaml", model), "--report", f"{folder}/gap.json", "--seed", str(seed), "--quiet", "--", *names]
+        arguments = ["--model", _file(folder, "model.yaml", model), "--report", f"{folder}/gap.json", "--seed", str(seed), "--quiet",
+                     *([] if camera_zero_rad is None else ["--camera-zero", str(camera_zero_rad)]), "--", *names]  # fmt: skip
         try:
             options = command.Options(arguments)
             options.check()

@@ -13,6 +13,7 @@ One file, one subject, in the order in which a diagnosis runs:
     verdict.py          probabilities, none and unknown
     figures.py          the gap in the contract's figures
     motion.py           the library's simulation under the recorded torque, against the recorded motion
+    tilt_source.py      a tilted bench or an encoder's zero, by a camera
     where.py            maps of the systematic residual
     experiment/         what to record next, and its trajectory
     report.py           GAP.json

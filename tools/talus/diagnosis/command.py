@@ -13,7 +13,7 @@ from talus import command_line, outputs
 from talus.progress import Stages, say
 from talus.refused import Refused
 
-from . import excerpt, experiment, fitted, gate, picture, report, words
+from . import excerpt, experiment, fitted, gate, picture, report, tilt_source, words
 from .calibration import lowpass
 from .catalogue.own import entries
 from .effects import EFFECTS
@@ -36,6 +36,8 @@ says where the gap between a model and its recordings lies, which effect causes 
       --trajectory NEXT.csv    the next experiment's trajectory (default: beside GAP.json, GAP.next.csv)
       --lowpass HZ             of rows and figures (default: the model file's score:, else the fastest at which the
                                sensors leave the inertia alone)
+      --camera-zero RAD        how well the camera's zero is known against the bench (standard deviation): then it tells
+                               a bench that leans from an encoder's zero
       --quick                  no replicates: faster, and probabilities are not calibrated
       --seed N                 seed of all random numbers (default 1)
   -q, --quiet                  say nothing but warnings
@@ -44,7 +46,7 @@ says where the gap between a model and its recordings lies, which effect causes 
 
 The same seed, recordings and version give the same bytes in GAP.json and FITTED.yaml.
 """
-LONG = ["model=", "report=", "html=", "save-model=", "trajectory=", "lowpass=", "quick", "seed=", "quiet", "help", "version"]
+LONG = ["model=", "report=", "html=", "save-model=", "trajectory=", "lowpass=", "camera-zero=", "quick", "seed=", "quiet", "help", "version"]
 SHORT = {"-m": "--model", "-r": "--report", "-q": "--quiet", "-h": "--help"}
 TOO_LITTLE_MOTION = "too few samples in motion"  # talus-identify's words
 LARGEST_SEED = 2**64 - 1
@@ -72,7 +74,8 @@ class Options:
         if not (self.seed.isascii() and self.seed.isdigit() and int(self.seed) <= LARGEST_SEED):
             raise Refused(2, f"--seed: expected a whole number from 0 to {LARGEST_SEED}, found '{self.seed}'")
         self.quiet, self.quick = "--quiet" in self.flags, "--quick" in self.flags
-        self.lowpass_hz = self._frequency("--lowpass")
+        self.lowpass_hz = self._above_0("--lowpass", "a frequency in Hz")
+        self.camera_zero_rad = self._above_0("--camera-zero", "an angle in rad")
         self.trajectory = self.flags.get("--trajectory") or os.path.splitext(self.flags["--report"])[0] + ".next.csv"
         outputs = [self.flags[name] for name in ("--report", "--html", "--save-model") if name in self.flags]
         outputs.append(self.trajectory)
@@ -83,8 +86,8 @@ class Options:
             if os.path.realpath(path) in inputs:
                 raise Refused(2, f"{path}: is an input and an output")
 
-    def _frequency(self, name):
-        """A frequency, or None where the option was not given."""
+    def _above_0(self, name, what):
+        """A number, or None where the option was not given."""
         text = self.flags.get(name)
         if text is None:
             return None
@@ -93,7 +96,7 @@ class Options:
         except ValueError:
             value = 0.0
         if not 0.0 < value < float("inf"):
-            raise Refused(2, f"{name}: expected a frequency in Hz above 0, found '{text}'")
+            raise Refused(2, f"{name}: expected {what} above 0, found '{text}'")
         return value
 
 
@@ -150,6 +153,8 @@ def summary(found):
         size = words.size(item["effect"], item["parameters"], words.is_linear(found))
         if size:
             yield f"  {words.at(item['effect'], item['joint'])}: {size}"
+        if "source" in item:
+            yield f"  {tilt_source.words(item['source'])}"
     for item in found["alternatives"][:3]:
         if item["probability"] >= 0.01:
             yield f"  or {words.at(item['effect'], item['joint'])}: probability {words.share(item['probability'])}"
@@ -193,6 +198,7 @@ def diagnose(options, step, own=()):
     finished, fit = search(dataset, list(model.base.values()), step, seed, replicated=not options.quick)
     step("half the low-pass")
     sound = not (through.cannot_be_fixed or through.cannot_be_halved)
+    finished.camera_zero_rad = options.camera_zero_rad
     verdict = judge(finished, fit, None if options.quick else looks.half_of(through), sound)
     step("maps")
     return report.diagnosis(finished, verdict, seed, findings, through), tree, model

@@ -3,7 +3,7 @@
 import json
 import math
 
-from . import experiment, figures, motion
+from . import experiment, figures, motion, tilt_source
 from .hidden import not_observable
 from .kinds import is_known
 from .nearest import nearest
@@ -65,6 +65,8 @@ def diagnosis(search, verdict, seed, findings, through):
         item["probability"] = own[0] if own and first else further
     order = ("effect", "joint", "probability", "parameters", "interval", "closes", "gap_before", "gap_after")
     report["effects"] = [{name: item[name] for name in order} for item in listed]
+    if source := tilt_source.of(search, fit):
+        report["effects"][[key[0] for key in keys].index(tilt_source.EFFECT)]["source"] = source
     found = Diagnosis(report, search, fit, before, after, maps, maps_after)
     found.trajectory = proposal.text
     return found

@@ -73,6 +73,7 @@ class Search:
         self.tolerated = sum(self.tolerated_of.values())
         self.floor_of = dict(self.tolerated_of)  # what may be left where nothing is hidden
         self.replicator = self.calibration = None
+        self.camera_zero_rad = None  # how well the camera's zero is known against the bench; None: not at all
         self._irregular = {}
         self.other_sets = []  # fits with as many effects as the chosen one, that came near it
         self.further = {}  # (effect, joint) of each further effect: probability that it is nothing

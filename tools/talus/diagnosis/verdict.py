@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 
+from . import tilt_source
 from .calibration import further
 from .calibration.stability import survives
 from .calibration.thresholds import (
@@ -190,7 +191,9 @@ def shares(search, fit, others, sets=()):
     weight = [o.chosen[-1].weight(o.strengths[-1]) * odds.of(o) * (1 - search.nothing(without, o)) for o in others]
     beside = _weight(without)
     weight += [_weight(o) / beside * odds.of(o) * (1 - search.nothing(search.fit(o.chosen[:-1]), o)) for o in sets]
-    return np.array(weight) / (float(np.sum(weight)) or 1.0)
+    seen = np.array([tilt_source.witness(search, o) for o in (*others, *sets)])
+    weight = np.array(weight) * np.exp(seen - max(seen))
+    return weight / (float(np.sum(weight)) or 1.0)
 
 
 def _weight(fit):

@@ -16,6 +16,7 @@ from .nulls import model_of
 
 SEEN = ("shank_rad", "foot_rad")
 LENGTH_S = 60
+ZERO_RAD = 0.002  # to which a camera can be aligned with the bench
 
 
 @dataclass
@@ -146,7 +147,8 @@ def diagnose(case):
         columns = filmed(case, cause, seed, folder)
         write_columns(folder / "with.csv", columns)
         write_columns(folder / "without.csv", {name: x for name, x in columns.items() if name not in SEEN})
-        out = {name: running.diagnosed(model_of("leg"), folder / f"{name}.csv", folder) for name in ("without", "with")}
+        of = {name: running.diagnosed(model_of("leg"), folder / f"{name}.csv", folder, *more)
+              for name, more in (("without", ()), ("with", ("--camera-zero", str(ZERO_RAD))))}  # fmt: skip
     off = columns["shank_rad"] - columns["knee_motor_rad"] / ratio()
-    return {"effect": case.effect, "joint": cause.joint, "size": cause.size, "without": out["without"]["report"],
-            "camera_less_knee_mrad": 1e3 * float(np.mean(off)), **out["with"]}  # fmt: skip
+    return {"effect": case.effect, "joint": cause.joint, "size": cause.size, "without": of["without"]["report"],
+            "camera_less_knee_mrad": 1e3 * float(np.mean(off)), **of["with"]}  # fmt: skip

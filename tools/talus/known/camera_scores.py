@@ -3,27 +3,39 @@
 from ..blind.scores import rates
 from .camera import CAUSES
 
-# The catalogue's one entry for a tilt is that of a bench or of its encoders' zero: it names both, and tells neither from the other.
-ALSO = {("gravity_tilt", "base"): {"encoder_offset"}}
+# The catalogue's one entry for a tilt is that of a bench or of its encoders' zero: its `source` says which, if a camera tells.
+TILT, ZERO = ("gravity_tilt", "base"), ("encoder_offset", "knee")
+LEAST = 0.05  # probability from which the other one stays open
 PARTED = 0.9  # of the cases that stay open without a camera
 ALIGNED_mrad = 1.0  # to which a camera can be aligned with the bench
 
 
+def named(report):
+    """((effect, joint) of the verdict, what a tilt could be as well)."""
+    found = report["verdict"]["effect"], report["verdict"]["joint"]
+    if found != TILT:
+        return found, set()
+    source = next((effect["source"] for effect in report["effects"] if "source" in effect), None)
+    if source is None or source["encoder"] is None:
+        return TILT, {ZERO[0]}
+    first, other = (ZERO, TILT) if source["encoder"] >= 0.5 else (TILT, ZERO)
+    return first, {other[0]} if min(source["encoder"], source["bench"]) > LEAST else set()
+
+
 def rivals(report):
     """Effects that the verdict could as well be."""
-    verdict = report["verdict"]
-    groups = [group["effects"] for group in report["confusable"] if verdict["effect"] in group["effects"]]
-    also = ALSO.get((verdict["effect"], verdict["joint"]), set())
-    return sorted(({effect for group in groups for effect in group} | also) - {verdict["effect"]})
+    effect = report["verdict"]["effect"]
+    groups = [group["effects"] for group in report["confusable"] if effect in group["effects"]]
+    return sorted({other for group in groups for other in group if other != effect} | named(report)[1])
 
 
 def read(report, truth):
     """(words, named exactly, named with nothing beside it) of one report."""
     if report is None:
         return "failed", False, False
-    verdict, others = report["verdict"], rivals(report)
-    exact = (verdict["effect"], verdict["joint"]) == truth
-    words = " or ".join([f"{verdict['effect']} {verdict['probability']:.2f}", *others])
+    verdict, (found, _), others = report["verdict"], named(report), rivals(report)
+    exact = found == truth
+    words = " or ".join([f"{found[0]} {verdict['probability']:.2f}", *others])
     return words, exact, exact and not others and not verdict.get("withheld")
 
 

@@ -13,10 +13,10 @@ from ..progress import Progress
 ROOT = Path(__file__).resolve().parents[3]
 
 
-def diagnosed(model, recording, folder):
+def diagnosed(model, recording, folder, *options):
     """What talus-gap says of a recording, and what it cost; `report` is None where it ended in another way than by a report."""
     report = folder / "gap.json"
-    out = measured([BUILD / "bin" / "talus-gap", "--quiet", "--model", model, "--report", report, recording])
+    out = measured([BUILD / "bin" / "talus-gap", "--quiet", "--model", model, "--report", report, *options, recording])
     out["report"] = json.loads(report.read_text()) if out["status"] == 0 else None
     return out
 

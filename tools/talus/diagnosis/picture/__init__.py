@@ -7,7 +7,7 @@ from pathlib import Path
 import talus
 from talus import constants
 
-from .. import words
+from .. import tilt_source, words
 from ..calibration.lowpass import Lowpass
 from ..calibration.thresholds import GIVES_UP
 from ..words import Scale, sentence
@@ -192,6 +192,9 @@ def _effect(out, number, effect, report):
     size = words.size(effect["effect"], effect["parameters"], straight)
     cause = words.cause(effect["effect"], effect["joint"], straight, words.titles(report))
     out.table(f"{number}. {cause}{f': {size}' if size else ''}", ["parameter", "value", "unit"], rows)
+    if "source" in effect:
+        said = tilt_source.words(effect["source"])
+        out.paragraph(f"{said[0].upper()}{said[1:]}.")
 
 
 def _value(value, interval):
