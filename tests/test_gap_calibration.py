@@ -64,11 +64,29 @@ def test_where_nothing_is_hidden_an_effect_is_seldom_likely():
     assert np.mean(np.array(claimed) < 0.1) < 0.006  # beyond 2.6
 
 
+def test_where_nothing_is_hidden_a_gap_is_seldom_likely_however_many_effects_are_tried():
+    """The same of twenty effects, of which each has a level of its own."""
+    random, wrong, middle = np.random.default_rng(4), 0, np.linspace(1.0, 7.0, 20)
+    for _ in range(600):
+        draws = np.exp(random.normal(middle, 0.3, (10, 20)))
+        draws[0] *= np.exp(random.normal(0.0, thresholds.MISFIT, 20))
+        own, *nulls = [{(f"effect {k}", "joint"): x for k, x in enumerate(row)} for row in draws]
+        wrong += Calibration(own, nulls, {"T0": 0.0}, 0.0, thresholds.LEAST_STEP).nothing_at_all() < 0.5
+    assert wrong < 0.06 * 600
+
+
 def test_an_effect_well_above_its_nulls_is_kept_whatever_others_gain():
     nulls = [{KEY: 10.0, ("elasticity", "joint"): 1500.0}, {KEY: 4.0, ("elasticity", "joint"): 700.0}]
-    found = Calibration({KEY: 1400.0, ("elasticity", "joint"): 900.0}, nulls, {"T0": 0.0}, 0.0)
-    assert found.nothing(KEY, 1400.0) < 0.01 and found.nothing(("elasticity", "joint"), 900.0) > 0.9
-    assert found.nothing_at_all() < 0.01 or found.nothing_at_all() > 0.5  # by the largest: 1,400 is what elasticity gains anyhow
+    found = Calibration({KEY: 1800.0, ("elasticity", "joint"): 900.0}, nulls, {"T0": 0.0}, 0.0)
+    assert found.nothing(KEY, 1800.0) < 0.01 and found.nothing(("elasticity", "joint"), 900.0) > 0.9
+    assert found.nothing_at_all() < 0.01  # though that is hardly more than what elasticity gains anyhow
+
+
+def test_what_the_replicates_gain_by_another_effect_is_no_gap():
+    """The readings may do to one effect here what they do to the other there."""
+    nulls = [{("elasticity", "joint"): 1500.0}, {("elasticity", "joint"): 1400.0}]
+    found = Calibration({KEY: 1400.0}, nulls, {"T0": 0.0}, 0.0)
+    assert found.nothing(KEY, 1400.0) < 0.01 and found.nothing_at_all() > 0.5
 
 
 def test_an_effect_is_doubted_where_the_replicates_gain_nearly_as_much_by_another(monkeypatch):

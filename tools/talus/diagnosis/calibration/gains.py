@@ -61,10 +61,16 @@ class Calibration:
         return min((self.nothing(key, min(gain, self.own.get(key, gain))) for key in new), default=0.0)
 
     def nothing_at_all(self):
-        """Probability that the largest gain of all is nothing, by the largest of each replicate. What is less than a search would
-        name is hardly a gap: a drive that sees its encoder's steps, say, gives several effects a little that replicates do not
-        have, but none of them much."""
-        return self._probability(*self._largest(), 1)
+        """Probability that no gain is anything: by the largest of all beside the largest of each replicate, and where it stands above
+        that, by each effect's own beside its own there: then the readings did not do it. What is less than a search would name is
+        hardly a gap: a drive that sees its encoder's steps, say, gives several effects a little that replicates do not have, but
+        none of them much."""
+        own = () if self.outdone() else (self._probability(*self._beside(key), max(len(self.keys), 1)) for key in self.own)
+        return min([self._probability(*self._largest(), 1), *own])
+
+    def _beside(self, key):
+        """(widths above the replicates', width) of an (effect, joint)'s gain, none counted below what a search takes for one."""
+        return self._widths_of([max(gains.get(key, 0.0), 0.0) for gains in (self.own, *self.gains)])
 
     def outdone(self):
         """Do the replicates' largest gains come near that of the recordings? What the readings alone gain something so much may
@@ -72,7 +78,10 @@ class Calibration:
         return self._largest()[0] < OUTDONE_BELOW
 
     def _largest(self):
-        logs = [math.log(max(max(gains.values(), default=0.0), 0.0) + self.least) for gains in (self.own, *self.gains)]
+        return self._widths_of([max(max(gains.values(), default=0.0), 0.0) for gains in (self.own, *self.gains)])
+
+    def _widths_of(self, gains):
+        logs = [math.log(gain + self.least) for gain in gains]
         middle, width = _lognormal(logs[1:])
         return (logs[0] - middle) / width, width
 
