@@ -23,7 +23,8 @@ static int64_t less(int64_t a, int64_t b) {
   return (int64_t)((uint64_t)a - (uint64_t)b);
 }
 
-static void look_for_step(struct events_summary *s, const struct clock_reading *a, const struct clock_reading *b) {
+static void look_for_step(struct events_summary *s, const struct clock_reading *a,
+                          const struct clock_reading *b) {
   const int64_t passed = less(b->mono_ns, a->mono_ns), change = less(less(b->real_ns, a->real_ns), passed);
   if (size(change) <= clock_drift_most_ns((double)passed, (double)a->width_ns + (double)b->width_ns)) return;
   if (s->steps < EVENTS_STEPS) s->step[s->steps] = (struct clock_step){a->mono_ns, b->mono_ns, change};
@@ -33,7 +34,8 @@ static void look_for_step(struct events_summary *s, const struct clock_reading *
 
 /* a reading that is no later than the one before it says nothing of a step */
 static void take_clock(struct events_summary *s, const json_t *event) {
-  const struct clock_reading now = {whole(event, "mono_ns"), whole(event, "real_ns"), whole(event, "width_ns")};
+  const struct clock_reading now = {whole(event, "mono_ns"), whole(event, "real_ns"),
+                                    whole(event, "width_ns")};
   if (s->clocks == 0) s->first = s->latest = now;
   if (s->clocks && now.mono_ns > s->last.mono_ns) {
     look_for_step(s, &s->latest, &now);
