@@ -240,12 +240,13 @@ def test_a_thousand_injections_are_found_and_none_invented(tmp_path):
 # ---- ends ------------------------------------------------------------------------------------
 
 
-def test_ctrl_c_ends_cleanly(tmp_path):
+@pytest.mark.parametrize("sent", [signal.SIGINT, signal.SIGTERM], ids=["Ctrl-C", "SIGTERM"])
+def test_a_signal_ends_cleanly(tmp_path, sent):
     with FrameSource(tmp_path / "r") as source:
         for _ in range(10):
             source.send(0x1, b"\1")
         time.sleep(0.5)
-        source.process.send_signal(signal.SIGINT)
+        source.process.send_signal(sent)
         source.process.wait(20)
         source.close()
     assert source.status == 0 and "ended by signal, nothing lost" in source.printed
@@ -412,15 +413,21 @@ def test_names_that_are_none(tmp_path, monkeypatch, out):
     assert [str(path) for path in tmp_path.rglob("*")] == [str(tmp_path / "folder")]
 
 
-@pytest.mark.parametrize("options", [(), ("--overwrite",)])
-def test_what_is_no_file_is_not_written(tmp_path, options):
-    """A pipe that nobody reads would hold up the program for good, deaf to every signal."""
-    os.mkfifo(tmp_path / "r.log")
+@pytest.mark.parametrize("name", ["r.log", "r.jsonl"])
+@pytest.mark.parametrize("is_read", [False, True], ids=["nobody reads", "read"])
+@pytest.mark.parametrize("options", [(), ("--overwrite",)], ids=["", "overwrite"])
+def test_what_is_no_file_is_not_written(tmp_path, options, is_read, name):
+    """A pipe that nobody reads would hold up the program for good, deaf to every signal; one that is read keeps no record."""
+    os.mkfifo(tmp_path / name)
+    reader = os.open(tmp_path / name, os.O_RDONLY | os.O_NONBLOCK) if is_read else -1
     with FrameSource(tmp_path / "r", options=options) as source:
         source.process.wait(20)
         source.close()
-    assert source.status == 2 and "r.log: is there, and is no file" in source.printed
-    assert os.listdir(tmp_path) == ["r.log"]
+    if is_read:
+        assert os.read(reader, 100) == b""
+        os.close(reader)
+    assert source.status == 2 and f"{name}: is there, and is no file" in source.printed
+    assert os.listdir(tmp_path) == [name]
 
 
 def test_an_earlier_record_stays(tmp_path):

@@ -16,7 +16,7 @@ import pytest
 from bus_record import BEGIN_NS, DBC, MODEL, frames_of, twin, write
 from talus.acquire_export import command
 
-MANY, FIRST = int(os.environ.get("TALUS_FUZZ", "5000")), int(os.environ.get("TALUS_FUZZ_SEED", "10000"))
+MANY, FIRST = int(os.environ.get("TALUS_FUZZ", "3000")), int(os.environ.get("TALUS_FUZZ_SEED", "10000"))
 LONGEST_S, MOST_MB = 10, 100
 NUMBERS = ("0", "-1", "1", "255", "256", "65536", "2147483648", "9223372036854775807", "9223372036854775808", "-9223372036854775809",
            "1e999", "-1e999", "1e-320", "NaN", "0.1", "2", "7", "8", "16", "33", "48", "63", "64", "true", "null", '"x"', "[]", "{}", "9" * 5000)  # fmt: skip
@@ -211,3 +211,11 @@ def test_a_peak_is_seen_and_forgotten():
 @pytest.mark.long
 def test_many_mutated_inputs(base, tmp_path):
     run_seeds(base, tmp_path, range(FIRST, FIRST + MANY))
+
+
+@pytest.mark.long
+def test_mutated_inputs_with_floating_point(base, tmp_path):
+    """A current, a temperature and a voltage of 16 bits that are read as floating-point numbers: some are none."""
+    log, events, dbc = base
+    floats = "\n".join(f"SIG_VALTYPE_ {number} {name} : 1;" for number, name in ((513, "Current"), (769, "MotorTemperature"), (784, "BusVoltage")))
+    run_seeds((log, events, f"{dbc}\n{floats}\n"), tmp_path, range(400))

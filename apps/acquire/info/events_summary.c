@@ -6,8 +6,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { LINE = 1 << 20, PATH = 4096, READ_NS = 20000 };
-static const double MOST_DRIFT = 600e-6; /* what changes faster is no drift: the clock was set */
+#include "clock/clock_step.h"
+
+enum { LINE = 1 << 20, PATH = 4096 };
 
 static int64_t whole(const json_t *event, const char *key) {
   return json_integer_value(json_object_get(event, key));
@@ -17,29 +18,32 @@ static double size(int64_t ns) {
   return ns < 0 ? -(double)ns : (double)ns;
 }
 
-static int is_step(int64_t drift_ns, int64_t passed_ns, int64_t width_ns) {
-  return size(drift_ns) > MOST_DRIFT * size(passed_ns) + size(width_ns) + READ_NS;
-}
-
 /* differences without sign first: a foreign file may hold any number */
 static int64_t less(int64_t a, int64_t b) {
   return (int64_t)((uint64_t)a - (uint64_t)b);
 }
 
+static void look_for_step(struct events_summary *s, const struct clock_reading *a,
+                          const struct clock_reading *b) {
+  const int64_t passed = less(b->mono_ns, a->mono_ns), change = less(less(b->real_ns, a->real_ns), passed);
+  if (size(change) <= clock_drift_most_ns((double)passed, (double)a->width_ns + (double)b->width_ns)) return;
+  if (s->steps < EVENTS_STEPS) s->step[s->steps] = (struct clock_step){a->mono_ns, b->mono_ns, change};
+  s->steps++;
+  if (size(change) > size(s->largest_step_ns)) s->largest_step_ns = change;
+}
+
+/* a reading that is no later than the one before it says nothing of a step */
 static void take_clock(struct events_summary *s, const json_t *event) {
-  const int64_t mono = whole(event, "mono_ns"), real = whole(event, "real_ns"),
-                width = whole(event, "width_ns");
-  if (s->clocks++ == 0) {
-    s->first_mono_ns = mono;
-    s->first_real_ns = real;
-  } else {
-    const int64_t passed = less(mono, s->last_mono_ns), drift = less(less(real, s->last_real_ns), passed);
-    s->steps += (uint64_t)is_step(drift, passed, width);
-    if (is_step(drift, passed, width) && size(drift) > size(s->largest_step_ns)) s->largest_step_ns = drift;
+  const struct clock_reading now = {whole(event, "mono_ns"), whole(event, "real_ns"),
+                                    whole(event, "width_ns")};
+  if (s->clocks == 0) s->first = s->latest = now;
+  if (s->clocks && now.mono_ns > s->last.mono_ns) {
+    look_for_step(s, &s->latest, &now);
+    s->latest = now;
   }
-  if (width > s->widest_ns) s->widest_ns = width;
-  s->last_mono_ns = mono;
-  s->last_real_ns = real;
+  if (now.width_ns > s->widest_ns) s->widest_ns = now.width_ns;
+  s->last = now;
+  s->clocks++;
 }
 
 static void take_vanished(struct events_summary *s, const json_t *event) {

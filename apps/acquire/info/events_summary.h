@@ -4,7 +4,16 @@
 
 #include <stdint.h>
 
-enum { EVENTS_REASON = 32 };
+enum { EVENTS_REASON = 32, EVENTS_STEPS = 64 };
+
+struct clock_reading {
+  int64_t mono_ns, real_ns, width_ns;
+};
+
+struct clock_step {
+  int64_t before_ns, after_ns; /* the readings on either side, on the monotonic clock */
+  int64_t size_ns;             /* of realtime; negative: back */
+};
 
 struct events_summary {
   int there;                                   /* is there such a file? */
@@ -13,9 +22,10 @@ struct events_summary {
   uint64_t perhaps_lost, not_known;            /* more at most; interfaces that vanished without a count */
   uint64_t drops, links, edges, pulses, stops; /* events */
   uint64_t clocks, steps;                      /* readings of the clocks; times that one was set */
+  struct clock_step step[EVENTS_STEPS];        /* the first ones */
   int64_t largest_step_ns;                     /* of realtime */
-  int64_t first_mono_ns, first_real_ns;        /* the first reading */
-  int64_t last_mono_ns, last_real_ns;          /* the last one */
+  struct clock_reading first, last;            /* readings */
+  struct clock_reading latest;                 /* the last one that is later than the one before it */
   int64_t widest_ns;                           /* a reading took so long */
   char reason[EVENTS_REASON];                  /* of the end; empty: there is none, the recorder was killed */
 };

@@ -4,6 +4,7 @@
 #include "info.h"
 
 #include <inttypes.h>
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -65,6 +66,17 @@ static void print_log(const struct log_summary *s) {
   }
 }
 
+/* as the export says it: how long after the first reading */
+static void print_steps(const struct events_summary *e) {
+  enum { SHOWN = 5 };
+  for (uint64_t i = 0; i < e->steps && i < SHOWN; i++) {
+    const struct clock_step *s = &e->step[i];
+    printf("the clock was set %s by %.6f s between %.3f s and %.3f s\n", s->size_ns < 0 ? "back" : "forward",
+           fabs(seconds(s->size_ns)), seconds(s->before_ns) - seconds(e->first.mono_ns),
+           seconds(s->after_ns) - seconds(e->first.mono_ns));
+  }
+}
+
 static void print_events(const struct events_summary *e) {
   if (!e->there) {
     printf("no events file beside it: what was lost, and the clocks, are not known\n");
@@ -75,9 +87,11 @@ static void print_events(const struct events_summary *e) {
     printf("perhaps %" PRIu64 " more, and what was on its way in %" PRIu64 " interfaces that vanished\n",
            e->perhaps_lost, e->not_known);
   printf("clocks: read %" PRIu64 " times in %.3f s, within %.1f us", e->clocks,
-         seconds(e->last_mono_ns - e->first_mono_ns), 1e-3 * (double)e->widest_ns);
+         seconds(e->last.mono_ns) - seconds(e->first.mono_ns), 1e-3 * (double)e->widest_ns);
   if (e->steps) printf("; set %" PRIu64 " times, at most by %.6f s", e->steps, seconds(e->largest_step_ns));
-  printf("\n%" PRIu64 " changes of interfaces, %" PRIu64 " edges, %" PRIu64 " pulses, %" PRIu64
+  printf("\n");
+  print_steps(e);
+  printf("%" PRIu64 " changes of interfaces, %" PRIu64 " edges, %" PRIu64 " pulses, %" PRIu64
          " emergency stops\n",
          e->links, e->edges, e->pulses, e->stops);
   printf(e->reason[0] ? "ended by %s\n" : "%sno end: the recorder was killed\n", e->reason);
@@ -107,6 +121,18 @@ static json_t *messages_of(const struct log_summary *s) {
   return list;
 }
 
+static json_t *steps_of(const struct events_summary *e) {
+  json_t *list = json_array();
+  for (uint64_t i = 0; i < e->steps && i < EVENTS_STEPS; i++) {
+    json_t *one = json_object();
+    json_object_set_new(one, "before_mono_ns", json_integer(e->step[i].before_ns));
+    json_object_set_new(one, "after_mono_ns", json_integer(e->step[i].after_ns));
+    json_set_number(one, "size_s", seconds(e->step[i].size_ns));
+    json_array_append_new(list, one);
+  }
+  return list;
+}
+
 static json_t *events_of(const struct events_summary *e) {
   if (!e->there) return json_null();
   json_t *object = json_object();
@@ -121,6 +147,7 @@ static json_t *events_of(const struct events_summary *e) {
   set_whole(object, "clocks", e->clocks);
   set_whole(object, "clock_steps", e->steps);
   json_set_number(object, "largest_step_s", seconds(e->largest_step_ns));
+  json_object_set_new(object, "steps", steps_of(e));
   json_object_set_new(object, "ended_by", e->reason[0] ? json_text(e->reason) : json_null());
   return object;
 }

@@ -14,10 +14,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from talus._library import files
+
 from .step_search import MOST_AT_ONCE, first_behind
 
-MOST_DRIFT = 600e-6  # NTP slews by 500e-6, and quartzes differ
-READ_NS = 20_000  # two readings within less than this of a straight line are on it
+RULE = files()  # apps/clock: what a step is, for talus-acquire info as well
+MOST_DRIFT = RULE.clock_most_drift()
+READ_NS = int(RULE.clock_read_ns())  # two readings within less than this of a straight line are on it
 
 
 @dataclass(frozen=True)
@@ -80,7 +83,7 @@ class Piece:
 
 def width_ns(a, b):
     """By how much the offset may change from one reading to another while nobody sets the clock."""
-    return MOST_DRIFT * abs(b.mono_ns - a.mono_ns) + a.width_ns + b.width_ns + READ_NS
+    return RULE.clock_drift_most_ns(b.mono_ns - a.mono_ns, a.width_ns + b.width_ns)
 
 
 def is_step(a, b):

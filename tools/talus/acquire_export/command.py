@@ -217,6 +217,16 @@ def column_names(model, columns, absent, findings):
     return names, required or names
 
 
+def with_values(names, required, columns, findings):
+    """Those that have values."""
+    for name in names:
+        if name not in columns and name in required:
+            raise Refused(2, f"{name}: none of its frames holds a number up to {table.LARGEST:g}")
+        if name not in columns:
+            findings.notes.append(f"no {name}: none of its frames holds a number up to {table.LARGEST:g}")
+    return [name for name in names if name in columns]
+
+
 def check_base(names, required):
     """The motor encoder's frames give the time base where there is one."""
     motor = [name for name in required if name.endswith("_motor_rad")]
@@ -275,6 +285,7 @@ def make_table(options, findings, inputs, store):
     names, required = column_names(model, columns, absent, findings)
     origin_ns = origin_of(found)
     zeros = table.fill(columns, groups, model, origin_ns, store)
+    names = with_values(names, required, columns, findings)
     made = table.assemble(columns, names, check_base(names, required), store)
     for joint, zero in zeros.items():
         if zero is None:

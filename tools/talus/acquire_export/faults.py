@@ -4,7 +4,7 @@ from array import array
 from collections import Counter
 from dataclasses import dataclass
 
-KINDS = ("lost", "repeated", "swapped", "late", "short", "silent", "restarted", "jumped", "contradicting", "stale")
+KINDS = ("lost", "repeated", "swapped", "late", "short", "silent", "restarted", "jumped", "contradicting", "stale", "unusable")
 MOST_LISTED = 50_000  # of all messages
 ALWAYS_LISTED = 10  # of each kind of a message
 

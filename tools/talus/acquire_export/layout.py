@@ -30,8 +30,8 @@ class Field:
     def __init__(self, signal):
         self.name, self.bits, self.signed = signal.name, signal.length, signal.is_signed
         self.float = signal.conversion.is_float
-        self.scale, self.offset = signal.conversion.scale, signal.conversion.offset
-        self.is_whole = isinstance(self.scale, int) and isinstance(self.offset, int)
+        self.scale, self.offset = factors(signal.conversion)
+        self.is_exact = isinstance(self.scale, int) and (self.scale, self.offset) != (1, 0) and not self.float
         self.reach = abs(self.scale) * 2**self.bits + abs(self.offset)  # no value is larger
         self.unit = signal.unit or ""
         self.channel = attribute(signal, "Channel", "")
@@ -54,12 +54,23 @@ class Field:
     def physical(self, data):
         raw = self.raw(data)
         if self.float:
-            raw = raw.astype(f"u{self.bits // 8}").view(f"f{self.bits // 8}").astype(float)
+            return self.physical_of_float(raw.astype(f"u{self.bits // 8}").view(f"f{self.bits // 8}"))
         if self.scale == 1 and self.offset == 0:
             return raw.astype(float)
-        if not self.float and self.is_whole and self.reach > EXACT:
+        if self.is_exact and self.reach > EXACT:  # the product is rounded once, also where the offset is broken
             return np.array([float(value * self.scale + self.offset) for value in raw.tolist()], float)
         return raw.astype(float) * self.scale + self.offset
+
+    @np.errstate(invalid="ignore", over="ignore")  # a frame may hold a signalling NaN, or what the scale makes infinite
+    def physical_of_float(self, value):
+        return value.astype(float) * float(self.scale) + float(self.offset)
+
+
+def factors(conversion):
+    """Scale and offset; where both are whole they count as such, however the DBC writes them."""
+    both = conversion.scale, conversion.offset
+    is_whole = not conversion.is_float and all(float(number).is_integer() for number in both)
+    return tuple(int(number) for number in both) if is_whole else both
 
 
 def little_endian(signal):

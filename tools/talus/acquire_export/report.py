@@ -4,13 +4,15 @@ import heapq
 
 import numpy as np
 
-LOST = ("lost", "short", "silent", "restarted", "jumped", "contradicting", "stale")  # what makes the exit status 1
+LOST = ("lost", "short", "silent", "restarted", "jumped", "contradicting", "stale", "unusable")  # what makes the exit status 1
 WORDS = {
     "lost": "lost", "repeated": "repeated", "swapped": "out of order", "late": "late by more than a period",
     "short": "shorter than the DBC says", "silent": "missing while its sender went on",
     "restarted": "where the counter began anew", "jumped": "where the stamps' clock was set or the sender stood still", "contradicting": "with a number that came before, but other content",
     "stale": "too long after the frames around it in number to be put between them",
+    "unusable": "that are no number, or beyond 1e9",
 }  # fmt: skip
+NOUNS = {"unusable": "value"}  # what is counted, where it is not frames
 
 
 RANKS = {"jumped": 1, "silent": 2, "late": 3, "short": 4}  # in which order faults of one frame stand
@@ -94,7 +96,7 @@ def words_of(stream, kinds, zero_ns):
         shown = "; ".join(place(entry) for entry in entries_of(stream, sorted_faults(stream, (kind,))[:3], zero_ns))
         more = f", and {stream.faults.places[kind] - 3} more places" if stream.faults.places[kind] > 3 else ""
         about = "about " if kind == "silent" else ""
-        yield f"{stream.name}: {about}{frames} frame{'s' * (frames != 1)} {words}: {shown}{more}"
+        yield f"{stream.name}: {about}{frames} {NOUNS.get(kind, 'frame')}{'s' * (frames != 1)} {words}: {shown}{more}"
 
 
 def identifier_text(identifier):

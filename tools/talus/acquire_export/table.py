@@ -24,6 +24,7 @@ COLUMN = (("number", "i8"), ("time_ns", "f8"), ("value", "f8"))  # of a channel'
 MOST_COUNT_BITS = 48  # of an encoder
 MOST_FINER = 16  # samples of an even grid for each that there is
 LARGEST_RAW = 2.0**64  # of a whole number in a frame
+LARGEST = 1e9  # value that a recording may hold
 GAP_PERIODS = 2.5  # neighbours further apart than this are not joined by a straight line
 
 
@@ -100,7 +101,12 @@ def plain(column, model):
     if column.name.endswith("_current_A") and "bus" in model.tree:
         factor *= model.bus(joint_of(column.name), "current")["sign"]
     column.step = abs(factor * column.field.scale)
-    return lambda data: factor * column.field.physical(data)
+
+    @np.errstate(over="ignore")
+    def values(data):
+        return factor * column.field.physical(data)
+
+    return values
 
 
 def check_count(column):
@@ -177,7 +183,17 @@ def fill_one(column, values, origin_ns, store):
             good = time_ns > np.maximum.accumulate(np.append(latest, time_ns))[:-1]
             rows, time_ns, values_of_rows = rows[good], time_ns[good], values_of_rows[good]
         latest = time_ns[-1] if len(time_ns) else latest
-        column.rows.append_columns(rows["number"], time_ns, values_of_rows)
+        usable = usable_values(column, rows, values_of_rows)
+        column.rows.append_columns(rows["number"][usable], time_ns[usable], values_of_rows[usable])
+
+
+def usable_values(column, rows, values):
+    """Which ones a recording may hold; the others are faults. Floating-point signals may be no number."""
+    usable = np.isfinite(values)
+    usable[usable] &= (np.abs(values[usable]) <= LARGEST) | (column.field.unit == "count")
+    for row in rows[~usable]:
+        column.stream.faults.add("unusable", int(row["index"]), int(row["number"]))
+    return usable
 
 
 def values_of(column, model):
@@ -188,11 +204,13 @@ def values_of(column, model):
 
 
 def fill(columns, groups, model, origin_ns, store):
-    """Times and values of all columns; {joint: how its relative encoder was zeroed}."""
+    """Times and values of all columns; {joint: how its relative encoder was zeroed}. Columns without a value go."""
     zeros = {}
     for column in columns.values():
         column.group = next((g for g in groups if column.stream in g.streams and column.stream.message.sample_tick), None)
         fill_one(column, values_of(column, model), origin_ns, store)
+    for name in [name for name, column in columns.items() if not len(column.rows)]:
+        del columns[name]
     for column in columns.values():
         if is_counted_motor(column):
             zeros[joint_of(column.name)] = counted_motor(column, columns, model, store)
