@@ -1,5 +1,5 @@
 """tools/bench on next to nothing: each bench runs, and both of its sides compute the same thing. No
-timing is judged here. What needs a peer that only `make bench` installs steps aside without it."""
+timing is judged here. What needs a peer that `make bench` installs (Pinocchio: `make check-long`, too) steps aside without it."""
 
 import importlib
 import json
@@ -41,7 +41,7 @@ class Tiny:
 
 
 def peer(name):
-    return pytest.importorskip(name, reason=f"{name} is installed by `make bench` alone")
+    return pytest.importorskip(name, reason=f"{name} is installed by `make bench`")
 
 
 @pytest.fixture(scope="module")

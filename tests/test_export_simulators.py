@@ -1,5 +1,6 @@
 """talus-export to simulators: what each file holds, by readers that are not talus, and the loss report of all 22 effects."""
 
+import importlib
 import json
 import sys
 import types
@@ -134,28 +135,27 @@ def library_matrices(model, q):
     return np.hstack([torque(np.eye(n)[:, [k]]) - gravity for k in range(n)]), gravity[:, 0]
 
 
-@pytest.mark.parametrize("path", [LEG, ARM], ids=["leg", "pendulum"])
-def test_urdf_has_the_librarys_mass_matrix_and_gravity(tmp_path, path):
+def urdf_is_right(folder, path, reader):
+    """Mass matrix and gravity of the file that is written of a model, as `reader` has them, against the library's."""
     run("talus-export", "--to", "urdf", "-q", "--limits", "joint.torque=3" if path == ARM else "knee.torque=60,ankle.position=-0.5:0.5",
-        "--out", tmp_path / "m.urdf", path)  # fmt: skip
-    readers = [by_mujoco, *([by_pinocchio] if has_pinocchio() else [])]
+        "--out", folder / "m.urdf", path)  # fmt: skip
     model = talus.Model.read(path)
     for q in ([0.0, 0.0], [0.4, -0.3], [-1.1, 0.45]):
         q = q[: len(model.joints)]
-        mass, gravity = library_matrices(model, q)
-        for reader in readers:
-            theirs = reader(tmp_path / "m.urdf", np.array(q))
-            np.testing.assert_allclose(theirs[0], mass, rtol=1e-9, atol=1e-12)
-            np.testing.assert_allclose(theirs[1], gravity, rtol=1e-9, atol=1e-12)
+        for theirs, ours in zip(reader(folder / "m.urdf", np.array(q)), library_matrices(model, q), strict=True):
+            np.testing.assert_allclose(theirs, ours, rtol=1e-9, atol=1e-12)
 
 
-def has_pinocchio():
-    """Pinocchio is a peer of `make bench`, where it is installed."""
-    try:
-        import pinocchio  # noqa: F401
-    except ImportError:
-        return False
-    return True
+@pytest.mark.parametrize("path", [LEG, ARM], ids=["leg", "pendulum"])
+def test_urdf_has_the_librarys_mass_matrix_and_gravity(tmp_path, path):
+    urdf_is_right(tmp_path, path, by_mujoco)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("path", [LEG, ARM], ids=["leg", "pendulum"])
+def test_pinocchio_reads_that_mass_matrix_and_gravity(tmp_path, path):
+    """`make check-long` installs Pinocchio: without it this fails."""
+    urdf_is_right(tmp_path, path, by_pinocchio)
 
 
 def by_mujoco(path, q):
@@ -205,20 +205,30 @@ def test_sdf_has_the_librarys_inertia_about_the_knee(tmp_path):
     assert [float(model.find(f"joint[@name='ankle']/axis/dynamics/{k}").text) for k in ("damping", "friction")] == [0.3, 0.8]
 
 
-def test_bam_reads_its_friction(folder):
-    """In the keys of BAM's parameter files; where BAM is installed, by its own code."""
+def test_bam_has_its_friction(folder):
+    """In the keys of BAM's parameter files."""
     exported(folder, "bam", "stribeck")
     tree = json.loads((folder / "out").read_text())
     assert tree["model"] == "m2" and tree["kt"] == pytest.approx(51 * 0.1031) and tree["friction_base"] == 1.2
     size = parameters("stribeck")
     assert (tree["friction_stribeck"], tree["dtheta_stribeck"], tree["alpha"]) == (size["extra_Nm"], size["speed_rad_s"], size["exponent"])
-    try:
-        from bam.model import load_model
-    except ImportError:
-        return
-    for v in (0.01, 0.1, 1.0):
-        level, damping = load_model(str(folder / "out")).compute_frictions(2.0, -1.0, v)
-        assert level == pytest.approx(1.2 + size["extra_Nm"] * np.exp(-((v / size["speed_rad_s"]) ** size["exponent"]))) and damping == 0.45
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("name", ["stribeck", "gravity_tilt"])
+def test_bam_reads_it(folder, monkeypatch, name):
+    """By BAM's own code, its models M2 and M1; `make check-long` installs it apart, and without it this fails."""
+    model, _, recording = with_effect(name)
+    text, _ = command.export(model, "bam", "m.yaml", recording=talus.Recording.read(folder / recording), joint="knee")
+    (folder / "bam.json").write_text(text)
+    monkeypatch.syspath_prepend(REPOSITORY / ".venv" / "apart" / "bam")
+    theirs = importlib.import_module("bam.model").load_model(str(folder / "bam.json"))
+    size = parameters("stribeck")
+    for v in (0.01, 0.1, -1.0):
+        extra = size["extra_Nm"] * np.exp(-(abs(v / size["speed_rad_s"]) ** size["exponent"])) if name == "stribeck" else 0.0
+        assert theirs.compute_frictions(2.0, -1.0, v) == pytest.approx((1.2 + extra, 0.45), rel=1e-12)
+    assert theirs.name == ("m2" if name == "stribeck" else "m1") and theirs.actuator.control_unit() == "amps"
+    assert theirs.actuator.compute_torque(1.5, True, 0.0, 0.0) == pytest.approx(51 * 0.1031 * 1.5, rel=1e-12)
 
 
 def test_isaac_configures_each_drive(tmp_path, monkeypatch):
