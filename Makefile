@@ -482,17 +482,27 @@ bench:
 
 # ---- docs site --------------------------------------------------------------
 
-.PHONY: docs docs-site
+.PHONY: docs docs-site docs-links docs-links-checked
 docs:
 	@tools/setup docs
 	$(again) docs-site
 	@ls $(BUILD)/docs/index.html
 
-# A link that leads nowhere is an error.
-docs-site:
+sphinx = $(run_env) $(PYTHON) -m sphinx -q --keep-going -j auto -c tools/docs -d $(BUILD)/docs-work
+# A link within the site that leads nowhere is an error.
+docs-site: library python-side
 	$(say) GEN '$(BUILD)/docs'
 	$(Q)rm -rf $(BUILD)/docs
-	$(Q)$(PYTHON) -m sphinx -q -W --keep-going -j auto -b html -c tools/docs -d $(BUILD)/docs-work . $(BUILD)/docs
+	$(Q)$(sphinx) -W -b html . $(BUILD)/docs
+
+# Links to other sites. It needs the network, so that no test runs it.
+docs-links:
+	@tools/setup docs
+	$(again) docs-links-checked
+
+docs-links-checked: library python-side
+	$(Q)rm -rf $(BUILD)/docs-links
+	$(Q)$(sphinx) -b linkcheck . $(BUILD)/docs-links
 
 # ---- wheel ------------------------------------------------------------------
 
@@ -619,7 +629,8 @@ help:
 	@echo 'make camera        what a camera tells it of pairs of causes that are alike; SEED, COUNT, JOBS'
 	@echo 'make bench         compare speed with peers (installs them); BENCH=signals: one of them'
 	@echo 'make deps          install what is missing: apt packages, .venv'
-	@echo 'make docs          these pages as a site, in $(BUILD)/docs/'
+	@echo 'make docs          these pages as a site, with the reference of C and Python, in $(BUILD)/docs/'
+	@echo 'make docs-links    do the links to other sites still lead somewhere? needs the network'
 	@echo 'make wheel         the Python package as a file for pip, with its libraries, in $(BUILD)/wheel/'
 	@echo 'make install       DESTDIR, PREFIX ($(PREFIX)); make uninstall'
 	@echo 'make lint format compile_commands.json clean'

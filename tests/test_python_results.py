@@ -1,8 +1,6 @@
 """Results in Python: arrays, data frames, pictures; their numbers are the programs' own."""
 
-import doctest
 import importlib
-import inspect
 import json
 import os
 import pickle
@@ -156,19 +154,3 @@ def test_talus_itself_needs_neither():
     environment = {**os.environ, "PYTHONPATH": str(REPOSITORY / "tools"), "TALUS_BUILD": str(BUILD)}
     done = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True, env=environment)
     assert done.stdout == "[]\n"
-
-
-PUBLIC = {name: getattr(talus, name) for name in talus.__all__}
-SHOWN_BY = {"Diagnosis": "diagnose"}  # which takes seconds
-FUNCTIONS = [name for name, what in PUBLIC.items() if (inspect.isfunction(what) or inspect.isclass(what)) and name not in SHOWN_BY]
-
-
-@pytest.mark.parametrize("name", FUNCTIONS)
-def test_each_public_name_has_an_example_that_runs(name, monkeypatch, tmp_path):
-    """Its docstring's, and those of a class's methods; models/ is there, and a folder to write to."""
-    (tmp_path / "models").symlink_to(REPOSITORY / "models")
-    monkeypatch.chdir(tmp_path)
-    tests = [t for t in doctest.DocTestFinder(exclude_empty=True).find(PUBLIC[name], name, globs={"talus": talus, "numpy": numpy}) if t.examples]
-    assert tests, f"{name} has no example"
-    for test in tests:
-        assert doctest.DocTestRunner(optionflags=doctest.NORMALIZE_WHITESPACE | doctest.ELLIPSIS).run(test).failed == 0

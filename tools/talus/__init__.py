@@ -8,6 +8,10 @@
     found.to_pandas().to_csv("tuesday_predicted.csv")     # every result: arrays, a data frame, a picture
     diagnosis.plot().savefig("gap.png")
 
+Each name below has an example that runs in a clone of talus. Their arm.csv is a recording of 20 s:
+
+    talus.simulate(talus.read("models/pendulum.yaml"), duration_s=20).write("arm.csv")
+
 All of the C library stands beside them:
 
     from talus import ffi, lib, check, pointer

@@ -97,7 +97,12 @@ class Regression:
             sensing.across = 1
 
     def sensing(self, joint: int = 0) -> dict[str, Any]:
-        """How the joint's angle is read: dict of order, window_s, quick_s, noise, step, standstill."""
+        """How the joint's angle is read: dict of order, window_s, quick_s, noise, step, standstill.
+
+        >>> regression = talus.Regression(talus.Model.read("models/pendulum.yaml"), talus.Recording.read("arm.csv"))
+        >>> 0 < regression.sensing()["noise"] < 1e-3  # [rad]
+        True
+        """
         s = self.struct.sensing[joint]
         return {"order": s.window.order, "window_s": s.window.length_s, "quick_s": s.quick.length_s,
                 "noise": s.noise, "step": s.step, "standstill": s.standstill}
@@ -123,7 +128,14 @@ class Regression:
         return space, (alive, block)
 
     def rows(self) -> list[list[Rows]]:
-        """For each joint, for each segment: Rows."""
+        """For each joint, for each segment: Rows.
+
+        >>> model = talus.Model.read("models/pendulum.yaml")
+        >>> rows = talus.Regression(model, talus.Recording.read("arm.csv")).rows()[0][0]  # of the first joint, the first segment
+        >>> left = rows.target - rows.x @ numpy.array(list(model.base.values()))[rows.index]
+        >>> bool(numpy.std(left) < 0.05 * numpy.std(rows.measured))
+        True
+        """
         out: list[list[Rows]] = [[] for _ in self.model.joints]
         for begin, end in self.recording.segments():
             space, _alive = self._segment(begin, end)
@@ -140,7 +152,13 @@ class Regression:
 
     def motion(self) -> dict[str, Array]:
         """Joint motion at the recording's rows: dict of (joints, n) arrays q, v, a, slip, speed (NaN outside
-        segments)."""
+        segments).
+
+        >>> arm = talus.Recording.read("arm.csv")
+        >>> motion = talus.Regression(talus.Model.read("models/pendulum.yaml"), arm).motion()
+        >>> bool(numpy.abs(motion["q"][0] - arm.columns["joint_rad"]).max() < 1e-2)
+        True
+        """
         names, joints, n = ("q", "v", "a", "slip", "speed"), len(self.model.joints), len(self.recording.t)
         out: dict[str, Array] = {name: numpy.full((joints, n), numpy.nan) for name in names}
         for begin, end in self.recording.segments():
@@ -153,7 +171,12 @@ class Regression:
 
     def predict(self, base: Mapping[str, float] | ArrayLike) -> Array:
         """What the base parameters predict at the recording's rows, (joints, n); the nearest estimate is
-        held where there is none."""
+        held where there is none.
+
+        >>> model, arm = talus.Model.read("models/pendulum.yaml"), talus.Recording.read("arm.csv")
+        >>> talus.Regression(model, arm).predict(model.base).shape
+        (1, 5000)
+        """
         t, joints = self.recording.t, len(self.model.joints)
         given = list(base.values()) if isinstance(base, Mapping) else base
         base = vector("base", given, len(self.model.base))
@@ -222,8 +245,7 @@ class Fit:
     def to_pandas(self) -> DataFrame:
         """A row for each parameter: value, sigma, identifiable. ImportError where pandas is missing.
 
-        >>> model = talus.read("models/pendulum.yaml")
-        >>> fit = talus.identify(model, [talus.simulate(model, duration_s=20)])
+        >>> fit = talus.identify(talus.Model.read("models/pendulum.yaml"), [talus.Recording.read("arm.csv")])
         >>> bool(fit.to_pandas().loc["inertia_kg_m2", "identifiable"])
         True
         """
@@ -235,8 +257,7 @@ class Fit:
         """A figure that says how sure each parameter is: three standard deviations in percent of the value, on a logarithmic
         scale. What the data cannot fix has no bar. ImportError where matplotlib is missing.
 
-        >>> model = talus.read("models/pendulum.yaml")
-        >>> fit = talus.identify(model, [talus.simulate(model, duration_s=20)])
+        >>> fit = talus.identify(talus.Model.read("models/pendulum.yaml"), [talus.Recording.read("arm.csv")])
         >>> len(fit.plot().axes[0].patches) == sum(fit.identifiable.values())
         True
         """

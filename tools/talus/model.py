@@ -39,9 +39,6 @@ class Model:
     >>> model.set_parameters(coulomb_Nm=0.3)
     >>> float(model.inverse([0.0], [1e-9], [0.0])[0]) > 0.29
     True
-    >>> model.write("stiffer.yaml")
-    >>> talus.Model.read("stiffer.yaml") == model
-    True
     """
 
     def __init__(self, plant: str) -> None:
@@ -57,7 +54,11 @@ class Model:
 
     @classmethod
     def read(cls, path: str | Path) -> Model:
-        """The model of a YAML file. InputError names file, line and key of what is wrong, as every command does."""
+        """The model of a YAML file. InputError names file, line and key of what is wrong, as every command does.
+
+        >>> talus.Model.read("models/leg.yaml").joints
+        ['knee', 'ankle']
+        """
         file, error = ffi.new("struct model_file *"), ffi.new("struct app_error *")
         check_file(files().model_file_read(str(path).encode(), file, error), error)
         model = cls(plants()[file.model.plant])
@@ -70,7 +71,12 @@ class Model:
 
     @classmethod
     def from_tree(cls, tree: Mapping[str, Any]) -> Model:
-        """The model of a mapping with the model file's keys, by the same rules as a file."""
+        """The model of a mapping with the model file's keys, by the same rules as a file.
+
+        >>> axis = {"plant": "slider", "mass_kg": 80, "friction": {"coulomb_N": 20, "viscous_Ns_m": 5}, "force_offset_N": 0}
+        >>> talus.Model.from_tree(axis).parameters["mass_kg"]
+        80.0
+        """
         with tempfile.TemporaryDirectory(prefix="talus-") as folder:
             path = Path(folder) / "model"
             path.write_text(yaml.safe_dump(_plain(tree), sort_keys=False), encoding="utf-8")
@@ -80,7 +86,13 @@ class Model:
                 raise InputError(str(error).replace(f"{folder}/", "")) from None
 
     def write(self, path: str | Path, comment: str = "") -> None:
-        """The model as a YAML file, which every command reads; the file appears whole or not at all."""
+        """The model as a YAML file, which every command reads; the file appears whole or not at all.
+
+        >>> model = talus.Model.read("models/pendulum.yaml")
+        >>> model.write("copy.yaml", comment="as it was on Monday")
+        >>> talus.Model.read("copy.yaml") == model
+        True
+        """
         file, error = ffi.new("struct model_file *", self._file[0]), ffi.new("struct app_error *")
         file.model, file.score = self.struct[0], self.score[0]
         file.effects = len(self.effects)
@@ -90,11 +102,22 @@ class Model:
 
     @classmethod
     def from_text(cls, text: str) -> Model:
-        """The model of a model file's text."""
+        """The model of a model file's text.
+
+        >>> model = talus.Model.read("models/pendulum.yaml")
+        >>> coarse = talus.Model.from_text(model.text() + "score: {lowpass_hz: 10}")
+        >>> coarse.score.lowpass_hz
+        10.0
+        """
         return cls.from_tree(yaml.safe_load(text))
 
     def text(self) -> str:
-        """What `write` writes."""
+        """What `write` writes.
+
+        >>> print(talus.Model.read("models/pendulum.yaml").text())
+        plant: pendulum
+        ...
+        """
         with tempfile.TemporaryDirectory(prefix="talus-") as folder:
             self.write(Path(folder) / "model")
             return (Path(folder) / "model").read_text(encoding="utf-8")
@@ -111,7 +134,14 @@ class Model:
         return f"<talus.Model: {self.plant}, {', '.join(f'{k} {v:.4g}' for k, v in self.parameters.items())}>"
 
     def copy(self) -> Model:
-        """An independent model with the same values."""
+        """An independent model with the same values.
+
+        >>> model = talus.Model.read("models/pendulum.yaml")
+        >>> heavier = model.copy()
+        >>> heavier.set_parameters(inertia_kg_m2=1.0)
+        >>> model.parameters["inertia_kg_m2"] < heavier.parameters["inertia_kg_m2"]
+        True
+        """
         other = Model(self.plant)
         other.struct[0], other.score[0], other._file[0] = self.struct[0], self.score[0], self._file[0]
         other.window = self.window and ffi.new("tl_window *", self.window[0])
@@ -145,7 +175,11 @@ class Model:
 
     def sensor(self, kind: str) -> list[str]:
         """The columns that show a quantity of the joints, a member of `tl_sensors` such as "position" or "camera", for the
-        joints that have one."""
+        joints that have one.
+
+        >>> talus.Model.read("models/leg.yaml").sensor("position")
+        ['knee_motor_rad', 'ankle_motor_rad']
+        """
         channels = list(getattr(self.facts.sensors, kind))[: len(self.joints)]
         return [self._text(lib.tl_channel_name(c)) for c in channels if c != lib.TL_CHANNEL_COUNT]
 
@@ -159,7 +193,12 @@ class Model:
         return str(ffi.string(string).decode())
 
     def transmission(self, joint: int) -> Transmission:
-        """The transmission of a joint, over whole arrays; changes with the model."""
+        """The transmission of a joint, over whole arrays; changes with the model.
+
+        >>> knee = talus.Model.read("models/leg.yaml").transmission(0)
+        >>> knee.motor_rad([0.0, 0.5]).tolist(), knee.ratio([0.5]).tolist()
+        ([0.0, 25.5], [51.0])
+        """
         return Transmission(self, joint)
 
     @property
@@ -172,7 +211,13 @@ class Model:
         return {self._text(table[i].name): float(values[i]) for i in range(count[0])}
 
     def set_parameters(self, **changes: float) -> None:
-        """Set physical parameters by name."""
+        """Set physical parameters by name.
+
+        >>> model = talus.Model.read("models/pendulum.yaml")
+        >>> model.set_parameters(coulomb_Nm=0.3, viscous_Nms_rad=0.02)
+        >>> model.parameters["coulomb_Nm"]
+        0.3
+        """
         values = {**self.parameters, **changes}
         if len(values) != len(self.parameters):
             raise KeyError(f"unknown among {sorted(changes)}")
@@ -187,14 +232,26 @@ class Model:
 
     def inverse(self, q: ArrayLike, v: ArrayLike, a: ArrayLike, slip: ArrayLike | None = None) -> Array:
         """Motor torques (joint torque, force) of a motion; arrays of shape (joints, n) [rad, rad/s, rad/s^2], or (n,)
-        where there is one joint. `slip` is the direction of friction, the sign of v if not given."""
+        where there is one joint. `slip` is the direction of friction, the sign of v if not given.
+
+        >>> axis = talus.Model("slider")
+        >>> axis.set_parameters(mass_kg=80, coulomb_N=20)
+        >>> axis.inverse(q=[0.0, 0.0], v=[0.1, -0.1], a=[1.0, 1.0]).tolist()  # 80 kg x 1 m/s^2, with and against 20 N
+        [100.0, 60.0]
+        """
         given = joint_arrays(len(self.joints), q=q, v=v, a=a, slip=slip)
         torque: Array = numpy.empty_like(given[0])
         lib.tl_inverse_batch(self.struct, torque.size // len(self.joints), *map(pointer, given), pointer(torque))
         return torque
 
     def forward(self, q: ArrayLike, v: ArrayLike, torque: ArrayLike) -> Array:
-        """Accelerations [(joints, n)] under motor torques; friction by the sign of v."""
+        """Accelerations [(joints, n)] under motor torques; friction by the sign of v.
+
+        >>> axis = talus.Model("slider")
+        >>> axis.set_parameters(mass_kg=80, coulomb_N=20)
+        >>> axis.forward(q=[0.0, 0.0], v=[0.1, -0.1], torque=[100.0, 60.0]).tolist()
+        [[1.0, 1.0]]
+        """
         q, v, torque = map(numpy.atleast_2d, joint_arrays(len(self.joints), q=q, v=v, torque=torque))
         out, motion = numpy.empty_like(q), ffi.new("tl_motion *")
         joints = range(q.shape[0])
@@ -207,7 +264,14 @@ class Model:
         return out
 
     def energy(self, q: ArrayLike, v: ArrayLike) -> tuple[Array, Array]:
-        """Kinetic and potential energy [J], two arrays of length n."""
+        """Kinetic and potential energy [J], two arrays of length n.
+
+        >>> axis = talus.Model("slider")
+        >>> axis.set_parameters(mass_kg=80)
+        >>> kinetic, potential = axis.energy(q=[0.0, 0.0], v=[0.0, 0.5])
+        >>> kinetic.tolist(), potential.tolist()  # half of 80 kg x 0.25 m^2/s^2; no gravity
+        ([0.0, 10.0], [0.0, 0.0])
+        """
         q, v = map(numpy.atleast_2d, joint_arrays(len(self.joints), q=q, v=v))
         motion, parts = ffi.new("tl_motion *"), ffi.new("double[2]")
         out = numpy.empty((2, q.shape[1]))

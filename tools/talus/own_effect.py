@@ -95,7 +95,15 @@ class Effect:
         return f"<talus.Effect: {self.id}, {len(self.parameters)} parameters, {len(self.shapes)} shapes>"
 
     def columns(self, segment: Segment, joint: int, shape: Mapping[str, float]) -> Array:
-        """What the function returns, (n, parameters), checked."""
+        """What the function returns, (n, parameters), checked: a trial of it before a diagnosis.
+
+        >>> t = numpy.linspace(0, 1, 5)
+        >>> zero = numpy.zeros((1, 5))
+        >>> segment = talus.Segment(("joint",), t, t[None], zero + 1, zero, zero + 1, zero, zero, 9 * t[None], zero)
+        >>> drag = talus.Effect("drag", "drag of the air", ("drag_Nms2",), lambda segment, joint: segment.v[joint] * abs(segment.v[joint]))
+        >>> drag.columns(segment, 0, {}).ravel().tolist()
+        [1.0, 1.0, 1.0, 1.0, 1.0]
+        """
         try:
             returned = self.torque(segment, joint, **shape)
         except Exception as error:

@@ -43,22 +43,41 @@ class Page:
         self._charts: list[dict[str, Any]] = []
 
     def heading(self, text: str) -> None:
+        """A heading within the page.
+
+        >>> talus.Page("Monday", "Two joints.").heading("Knee")
+        """
         self._body.append(f"<h2>{escape(text)}</h2>\n")
 
     def paragraph(self, text: str) -> None:
+        """Running text.
+
+        >>> talus.Page("Monday", "Two joints.").paragraph("The bench was warm: its gears had run for an hour.")
+        """
         self._body.append(f"<p>{escape(text)}</p>\n")
 
     def steps(self, steps: Iterable[tuple[str, str | None]]) -> None:
-        """A numbered list of what to do, each with its command or None."""
+        """A numbered list of what to do, each with its command or None.
+
+        >>> page = talus.Page("Monday", "Record once more.")
+        >>> page.steps([("Warm the gears up.", None), ("Fit again.", "talus-identify --model arm.yaml --out fitted.yaml new.csv")])
+        """
         items = "".join(f"<li>{escape(what)}{_code(command) if command else ''}</li>\n" for what, command in steps)
         self._body.append(f"<ol>\n{items}</ol>\n")
 
     def code(self, caption: str, text: str) -> None:
-        """Lines as they stand, as of a file or of a patch."""
+        """Lines as they stand, as of a file or of a patch.
+
+        >>> talus.Page("Monday", "One model.").code("model.yaml", open("models/pendulum.yaml").read())
+        """
         self._body.append(f"<figure>\n<figcaption>{escape(caption)}</figcaption>\n{_code(text)}</figure>\n")
 
     def table(self, caption: str, columns: Sequence[str], rows: Iterable[Sequence[str]], words: bool = False) -> None:
-        """A table whose first column names the rows, of figures or of words."""
+        """A table whose first column names the rows, of figures or of words.
+
+        >>> page = talus.Page("Monday", "Two joints.")
+        >>> page.table("RMS residual", ["joint", "as given", "identified"], [["knee", "4.9 mNm", "1.0 mNm"], ["ankle", "3.1 mNm", "0.9 mNm"]])
+        """
         head = "".join(f'<th scope="col">{escape(text)}</th>' for text in columns)
         body = "".join(
             f'<tr><th scope="row">{escape(first)}</th>' + "".join(f"<td>{escape(text)}</td>" for text in rest) + "</tr>\n"
@@ -70,7 +89,13 @@ class Page:
 
     def chart(self, title: str, x_label: str, y_label: str, series: Iterable[Series],
               below: tuple[str, Iterable[Series]] | None = None) -> None:
-        """Lines over x; `below` is (y label, series) of a lower chart on the same x axis."""
+        """Lines over x; `below` is (y label, series) of a lower chart on the same x axis.
+
+        >>> panel = talus.panels({"as given": talus.read("models/pendulum.yaml")}, talus.read("arm.csv"))[0]
+        >>> page = talus.Page("Monday", "One joint.")
+        >>> page.chart("joint", "time [s]", "torque [Nm]", [("measured", "measured", panel.t, panel.measured)],
+        ...            below=("residual [Nm]", [("as given", "residual", panel.t, panel.residual("as given"))]))
+        """
         chart = self._chart(title, x_label, y_label, series)
         plots = [("tall joined" if below else "lines", y_label)]
         if below:
@@ -85,7 +110,11 @@ class Page:
 
     def bars(self, title: str, x_label: str, labels: Sequence[str | list[str]], values: Sequence[float],
              roles: Sequence[str] | None = None) -> None:
-        """Horizontal bars from zero, one a label (a list is a label of several lines), each in its role's colour."""
+        """Horizontal bars from zero, one a label (a list is a label of several lines), each in its role's colour.
+
+        >>> page = talus.Page("Monday", "Most of the gap is closed.")
+        >>> page.bars("knee", "RMS residual [Nm]", ["as given", ["identified", "(held out)"]], [0.31, 0.05], ["nominal", "identified"])
+        """
         bars = {"form": "bars", "title": title, "x": x_label, "y": "", "labels": labels, "values": values, "series": []}
         if roles:
             bars["roles"] = roles
@@ -98,7 +127,13 @@ class Page:
 
     @contextmanager
     def side_by_side(self) -> Iterator[None]:
-        """What is added within stands side by side where there is room."""
+        """What is added within stands side by side where there is room.
+
+        >>> page = talus.Page("Monday", "Two joints.")
+        >>> with page.side_by_side():
+        ...     page.bars("knee", "RMS residual [Nm]", ["identified"], [0.05])
+        ...     page.bars("ankle", "RMS residual [Nm]", ["identified"], [0.04])
+        """
         self._body.append('<div class="columns">\n')
         yield
         self._body.append("</div>\n")
@@ -110,7 +145,12 @@ class Page:
         return {"form": "lines", "title": title, "x": x_label, "y": y_label, "series": lines}
 
     def write(self, path: str | Path) -> None:
-        """Writes the page; `tools/setup build` installs the chart library that it carries."""
+        """Writes the page; `tools/setup build` installs the chart library that it carries.
+
+        >>> talus.Page("Monday", "The knee is explained to 1.8 %.").write("monday.html")
+        >>> "explained to 1.8 %" in open("monday.html").read()
+        True
+        """
         library = next((file for file in _CHART_LIBRARY if file.exists()), None)
         if library is None:
             raise FileNotFoundError(f"{_CHART_LIBRARY[-2]} is not there; run tools/setup build")

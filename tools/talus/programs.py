@@ -71,8 +71,14 @@ class Diagnosis:
     talus-gap says, `trajectory` the next experiment's CSV or None. `panels` hold the arrays behind `gap`, one Panel a recording
     and joint: measured, and predicted by the model as given (`nominal`), identified, and with the effects that were found
     (`extended`, the same as identified where there are none), every block by a fit that has not seen it; none while a grave
-    finding withholds the diagnosis. `notes` say what `model_text` does not hold. Diagnoses compare and pickle. An example stands
-    with `diagnose`."""
+    finding withholds the diagnosis. `notes` say what `model_text` does not hold. Diagnoses compare and pickle. The examples go on
+    from that of `diagnose`.
+
+    >>> found.verdict["effect"], [effect["effect"] for effect in found.effects], found.findings
+    ('stribeck', ['stribeck'], [])
+    >>> found.gap["joint"]["extended_rms"] < found.gap["joint"]["identified_rms"]
+    True
+    """
 
     report: dict[str, Any]
     model_text: str
@@ -114,18 +120,30 @@ class Diagnosis:
         return Model.from_text(self.model_text)
 
     def write(self, path: str | Path) -> None:
-        """GAP.json, whole or not at all."""
-        outputs.write_text(path, json.dumps(self.report, indent=1, allow_nan=False) + "\n")
+        """GAP.json, whole or not at all.
 
+        >>> found.write("gap.json")
+        >>> import json
+        >>> json.load(open("gap.json"))["verdict"] == found.verdict
+        True
+        """
+        outputs.write_text(path, json.dumps(self.report, indent=1, allow_nan=False) + "\n")
 
     def to_pandas(self) -> DataFrame:
         """All panels as one data frame: columns recording, joint, time_s, measured, nominal, identified, extended, scored. For the
-        effects: pandas.DataFrame(diagnosis.effects). ImportError where pandas is missing."""
+        effects: pandas.DataFrame(diagnosis.effects). ImportError where pandas is missing.
+
+        >>> list(found.to_pandas())
+        ['recording', 'joint', 'time_s', 'measured', 'nominal', 'identified', 'extended', 'scored']
+        """
         return _drawing.joined(panel.to_pandas() for panel in self.panels)
 
     def plot(self) -> Figure:
         """A figure with one row a joint: its errors as given, identified and with effects beside the noise, and over time what is
-        left of the first recording's torque. ImportError where matplotlib is missing."""
+        left of the first recording's torque. ImportError where matplotlib is missing.
+
+        >>> found.plot().savefig("gap.png")
+        """
         figure, plots = _drawing.axes(max(len(self.gap), 1), 2)
         for row, (joint, gap) in zip(plots, self.gap.items(), strict=False):  # no joint has a gap where nothing moved
             bars = {name: gap[f"{name}_rms"] for name in ("nominal", "identified", "extended", "noise_floor")}

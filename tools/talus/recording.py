@@ -77,10 +77,8 @@ class Recording:
     a file: a UserWarning names them.
 
     >>> t = numpy.arange(500) / 250
-    >>> arm = talus.Recording({"time_s": t, "joint_rad": numpy.sin(t), "joint_current_A": numpy.cos(t)})
-    >>> arm.write("arm.csv")
-    >>> talus.Recording.read("arm.csv") == arm
-    True
+    >>> talus.Recording({"time_s": t, "joint_rad": numpy.sin(t), "joint_current_A": numpy.cos(t)})
+    <talus.Recording: 500 samples in 1.996 s, time_s, joint_rad, joint_current_A>
     """
 
     def __init__(self, columns: Mapping[str, ArrayLike] | DataFrame, score: Mapping[str, float] | None = None) -> None:
@@ -141,7 +139,11 @@ class Recording:
     @classmethod
     def read(cls, path: str | Path, score: Mapping[str, float] | None = None, model: Model | None = None) -> Recording:
         """From a CSV file (also .gz), by the programs' reader: InputError names file and line of what is wrong. Without a
-        model the columns tell whose recording it is."""
+        model the columns tell whose recording it is.
+
+        >>> talus.Recording.read("arm.csv").columns["joint_rad"].shape
+        (5000,)
+        """
         with RecordingFile(path, model) as file:
             return cls(file.columns(), score)
 
@@ -155,7 +157,11 @@ class Recording:
         self._score, self.has_score = settings, True
 
     def head(self, rows: int) -> Recording:
-        """The first rows, with the same scoring."""
+        """The first rows, with the same scoring.
+
+        >>> len(talus.Recording.read("arm.csv").head(1000).t)
+        1000
+        """
         if len(self.t) <= rows:
             return self
         out = Recording({name: x[:rows] for name, x in self.columns.items()})
@@ -163,7 +169,14 @@ class Recording:
         return out
 
     def check_channels(self, model: Model) -> None:
-        """ValueError names the columns that the model's recordings need and this one lacks."""
+        """ValueError names the columns that the model's recordings need and this one lacks.
+
+        >>> arm = talus.Recording.read("arm.csv")
+        >>> arm.check_channels(talus.Model.read("models/pendulum.yaml"))
+        >>> arm.check_channels(talus.Model.read("models/slider.yaml"))
+        Traceback (most recent call last):
+        ValueError: the recording lacks slider_m, slider_force_N (a slider's needs it)
+        """
         held, names = channel_set(model), {number: name for name, number in channels().items()}
         sets = [1 << c for c in names if held.required >> c & 1] + [x for x in held.any_of if x]
         lacking = [" or ".join(names[c] for c in names if x >> c & 1) for x in sets if not x & self.recorded]
@@ -171,20 +184,30 @@ class Recording:
             raise ValueError(f"the recording lacks {', '.join(lacking)} (a {model.plant}'s needs it)")
 
     def text(self) -> Iterator[bytes]:
-        """The recording as the programs read it, in pieces of bytes: each number in the fewest digits that give it back."""
+        """The recording as the programs read it, in pieces of bytes: each number in the fewest digits that give it back.
+
+        >>> next(talus.Recording.read("arm.csv").text())
+        b'time_s,joint_rad,joint_current_A\\n'
+        """
         yield (",".join(self.columns) + "\n").encode()
         for first in range(0, len(self.t), ROWS_AT_ONCE):
             rows = zip(*(values[first : first + ROWS_AT_ONCE].tolist() for values in self.columns.values()), strict=True)
             yield "".join(",".join(map(repr, row)) + "\n" for row in rows).encode()
 
     def write(self, path: str | Path) -> None:
-        """To a CSV file (compressed where the name ends in .gz), whole or not at all; read back it is the same, bit by bit."""
+        """To a CSV file (compressed where the name ends in .gz), whole or not at all; read back it is the same, bit by bit.
+
+        >>> arm = talus.Recording.read("arm.csv")
+        >>> arm.write("again.csv.gz")
+        >>> talus.Recording.read("again.csv.gz") == arm
+        True
+        """
         outputs.write(path, self.text())
 
     def to_pandas(self) -> DataFrame:
         """The columns as a data frame; talus.Recording(frame) is the recording again. ImportError where pandas is missing.
 
-        >>> arm = talus.simulate(talus.read("models/pendulum.yaml"), duration_s=20)
+        >>> arm = talus.Recording.read("arm.csv")
         >>> arm.to_pandas().shape, talus.Recording(arm.to_pandas()) == arm
         ((5000, 3), True)
         """
@@ -193,7 +216,7 @@ class Recording:
     def plot(self) -> Figure:
         """A figure with one plot a column over time. ImportError where matplotlib is missing.
 
-        >>> arm = talus.simulate(talus.read("models/pendulum.yaml"), duration_s=20)
+        >>> arm = talus.Recording.read("arm.csv")
         >>> [plot.get_ylabel() for plot in arm.plot().axes]
         ['joint_rad', 'joint_current_A']
         """
@@ -205,14 +228,26 @@ class Recording:
         return figure
 
     def segments(self) -> Iterator[tuple[int, int]]:
-        """Row ranges [begin, end) without gap or change of `valid`."""
+        """Row ranges [begin, end) without gap or change of `valid`.
+
+        >>> t = numpy.arange(500) / 250
+        >>> t[200:] += 3.0
+        >>> list(talus.Recording({"time_s": t, "joint_rad": numpy.sin(t)}).segments())
+        [(0, 200), (200, 500)]
+        """
         mask = ffi.NULL if self.valid is None else pointer((self.valid != 0).astype(numpy.uint8))
         cursor, part = ffi.new("size_t *"), ffi.new("tl_segment *")
         while lib.tl_segment_next(pointer(self.t), mask, len(self.t), self.step_s, cursor, part):
             yield part.begin, part.end
 
     def block(self, begin: int, end: int) -> Any:
-        """A `tl_block` of rows [begin, end); keep the recording alive while it is used."""
+        """A `tl_block` of rows [begin, end); keep the recording alive while it is used.
+
+        >>> arm = talus.Recording.read("arm.csv")
+        >>> block = arm.block(1000, 1200)
+        >>> block.n, block.t_s[0] == float(arm.t[1000])
+        (200, True)
+        """
         block = ffi.new("tl_block *")
         block.n, block.t_s = end - begin, pointer(self.t) + begin
         for name, number in channels().items():

@@ -78,8 +78,8 @@ class Prediction:
 
     >>> model = talus.read("models/pendulum.yaml")
     >>> found = talus.compare(model, talus.simulate(model, duration_s=20))
-    >>> list(found.to_pandas()), len(found.plot().axes)
-    (['time_s', 'joint_measured_Nm', 'joint_predicted_Nm', 'joint_residual_Nm'], 2)
+    >>> numpy.array_equal(found.residual, found.measured - found.predicted)
+    True
     """
 
     joints: list[str]
@@ -107,7 +107,12 @@ class Prediction:
         return f"<talus.Prediction: {len(self.t)} samples, error {errors}>"
 
     def to_pandas(self) -> DataFrame:
-        """A column `time_s`, and for each joint its measured, predicted and residual. ImportError where pandas is missing."""
+        """A column `time_s`, and for each joint its measured, predicted and residual. ImportError where pandas is missing.
+
+        >>> found = talus.compare(talus.Model.read("models/pendulum.yaml"), talus.Recording.read("arm.csv"))
+        >>> list(found.to_pandas())
+        ['time_s', 'joint_measured_Nm', 'joint_predicted_Nm', 'joint_residual_Nm']
+        """
         columns = {"time_s": self.t}
         for j, joint in enumerate(self.joints):
             columns |= {f"{joint}_{name}_{self.unit}": getattr(self, name)[j] for name in ("measured", "predicted", "residual")}
@@ -115,7 +120,11 @@ class Prediction:
 
     def plot(self) -> Figure:
         """A figure with two plots a joint: measured and predicted, and below them the residual. ImportError where matplotlib
-        is missing."""
+        is missing.
+
+        >>> found = talus.compare(talus.Model.read("models/pendulum.yaml"), talus.Recording.read("arm.csv"))
+        >>> found.plot().savefig("arm.png")
+        """
         figure, plots = _drawing.axes(2 * len(self.joints), sharex=True)
         for j, joint in enumerate(self.joints):
             series = {"measured": self.measured[j], "predicted": self.predicted[j]}
@@ -157,7 +166,12 @@ class Panel:
     recording: str = ""
 
     def residual(self, name: str) -> Array:
-        """Measured - predicted where it is scored, NaN elsewhere."""
+        """Measured - predicted where it is scored, NaN elsewhere.
+
+        >>> panel = talus.panels({"as given": talus.read("models/pendulum.yaml")}, talus.read("arm.csv"))[0]
+        >>> numpy.array_equal(numpy.isfinite(panel.residual("as given")), panel.scored)
+        True
+        """
         return numpy.where(self.scored, self.measured - self.predicted[name], numpy.nan)
 
     def __eq__(self, other: object) -> bool:
@@ -170,12 +184,22 @@ class Panel:
 
     def to_pandas(self) -> DataFrame:
         """Columns recording, joint, time_s, measured, scored, and each model's prediction by its name. ImportError where pandas
-        is missing."""
+        is missing.
+
+        >>> panel = talus.panels({"as given": talus.read("models/pendulum.yaml")}, talus.read("arm.csv"))[0]
+        >>> list(panel.to_pandas())
+        ['recording', 'joint', 'time_s', 'measured', 'as given', 'scored']
+        """
         return _drawing.frame({"recording": self.recording, "joint": self.joint, "time_s": self.t, "measured": self.measured,
                                **self.predicted, "scored": self.scored})  # fmt: skip
 
     def plot(self) -> Figure:
-        """A figure of measured and predicted, and below them the residuals. ImportError where matplotlib is missing."""
+        """A figure of measured and predicted, and below them the residuals. ImportError where matplotlib is missing.
+
+        >>> panel = talus.panels({"as given": talus.read("models/pendulum.yaml")}, talus.read("arm.csv"))[0]
+        >>> [plot.get_ylabel() for plot in panel.plot().axes]
+        ['joint [Nm]', 'residual [Nm]']
+        """
         figure, plots = _drawing.axes(2, sharex=True)
         residuals = {name: self.residual(name) for name in self.predicted}
         _drawing.over_residuals(plots[:, 0], self.t, {"measured": self.measured, **self.predicted}, residuals, self.joint, self.unit)

@@ -102,7 +102,7 @@ def read(column, unit, path, notes):
         notes.append(f"{column.name}: {int((~good).sum())} rows without a time are left out")
     rows = np.flatnonzero(good)
     ticks = ticks[rows]
-    base = int(ticks[0])
+    base = int(min(ticks))
     if max(abs(int(t) - base) for t in ticks) >= 2**62:
         raise Refused(2, f"{path}: {column.name}: times from {min(ticks)} to {max(ticks)} are of no one recording")
     small = np.array([int(t) - base for t in ticks], dtype=np.int64)

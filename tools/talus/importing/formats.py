@@ -1,6 +1,8 @@
 """Which reader a file needs, by what is in it. Readers besides text are optional packages, named where they are missing."""
 
+import contextlib
 import importlib
+import tempfile
 from pathlib import Path
 
 import numpy as np
@@ -97,7 +99,7 @@ def hdf5(path):
     arrays = {}
 
     def take(name, item):
-        if isinstance(item, h5py.Dataset) and item.dtype.kind in "fiub" and item.size > 1:
+        if isinstance(item, h5py.Dataset) and item.dtype.kind in "fiub" and item.size > 1 and not _is_no_number(item):
             arrays[name.replace("/", ".")] = item[()]
             unit = item.attrs.get("unit", item.attrs.get("units"))
             if unit is not None:
@@ -110,6 +112,11 @@ def hdf5(path):
     except (OSError, RuntimeError, KeyError) as error:
         raise Refused(2, f"{path}: damaged HDF5 file: {error}") from error
     return columns_of(arrays, path, units)
+
+
+def _is_no_number(item):
+    """MATLAB keeps texts as numbers, and of what is empty its shape."""
+    return item.attrs.get("MATLAB_class") == b"char" or "MATLAB_empty" in item.attrs
 
 
 def parquet(path):
@@ -149,23 +156,53 @@ def mdf(path):
 # ---- robots' logs ------------------------------------------------------------------------
 
 JOINT_FIELDS = {"position": "rad", "velocity": "rad/s", "effort": "N*m"}  # units that REP 103 demands
+# A rosbag2 in SQLite, before ROS 2 Iron, does not say what its messages are made of; and these are not among ROS's own.
+DYNAMIC_JOINT_STATES = {
+    "control_msgs/msg/InterfaceValue": "string[] interface_names\nfloat64[] values\n",
+    "control_msgs/msg/DynamicJointState": "std_msgs/Header header\nstring[] joint_names\ncontrol_msgs/InterfaceValue[] interface_values\n",
+}
 
 
 def rosbag(path):
     """rosbag2 (a folder, or an .mcap or .db3 by itself): joint states, by the stamp of their header."""
     highlevel, typesys = need("rosbags.highlevel", "rosbags", path), need("rosbags.typesys", "rosbags", path)
-    rows, notes = {}, []
+    states, notes = States(), []
     try:
-        with highlevel.AnyReader([Path(path)], default_typestore=typesys.get_typestore(typesys.Stores.ROS2_HUMBLE)) as reader:
+        with _named(path) as name, highlevel.AnyReader([name], default_typestore=_types(typesys)) as reader:
             found = [c for c in reader.connections if c.msgtype.endswith(("/JointState", "/DynamicJointState"))]
             topic = _topic(found, reader.connections, path, notes)
-            for connection, _, raw in reader.messages([c for c in found if c.topic == topic]):
-                _take_state(rows, reader.deserialize(raw, connection.msgtype))
+            for connection, received_ns, raw in reader.messages([c for c in found if c.topic == topic]):
+                states.take(reader.deserialize(raw, connection.msgtype), received_ns)
     except Refused:
         raise
     except Exception as error:  # noqa: BLE001  the reader raises many kinds for a damaged log
         raise Refused(2, f"{path}: damaged or no rosbag2: {error}") from error
-    return _of_states(rows, path, notes)
+    return _of_states(states.rows, path, [*notes, *states.notes()])
+
+
+@contextlib.contextmanager
+def _named(path):
+    """The log under a name that its reader knows it by."""
+    suffix = "" if Path(path).is_dir() else ".mcap" if _begins(path, b"\x89MCAP") else ".db3"
+    if suffix == Path(path).suffix or not suffix:
+        yield Path(path)
+        return
+    with tempfile.TemporaryDirectory(prefix="talus-") as folder:
+        link = Path(folder) / f"log{suffix}"
+        link.symlink_to(Path(path).resolve())
+        yield link
+
+
+def _begins(path, mark):
+    with open(path, "rb") as file:
+        return file.read(len(mark)) == mark
+
+
+def _types(typesys):
+    store = typesys.get_typestore(typesys.Stores.ROS2_HUMBLE)
+    for name, text in DYNAMIC_JOINT_STATES.items():
+        store.register(typesys.get_types_from_msg(text, name))
+    return store
 
 
 def _topic(found, every, path, notes):
@@ -178,17 +215,31 @@ def _topic(found, every, path, notes):
     return topics[0]
 
 
-def _take_state(rows, message):
-    """One message's values; a joint that it does not name keeps nothing at that time."""
-    stamp = message.header.stamp.sec * 10**9 + message.header.stamp.nanosec
-    values = rows.setdefault(stamp, {})
+class States:
+    """`rows`: {stamp: {(joint, field): value}} of messages; a joint that none of a stamp names has nothing at that time."""
+
+    def __init__(self):
+        self.rows, self.unstamped, self.again = {}, 0, 0
+
+    def take(self, message, received_ns):
+        stamp = message.header.stamp.sec * 10**9 + message.header.stamp.nanosec
+        self.unstamped += stamp == 0
+        values, new = self.rows.setdefault(stamp or received_ns, {}), _values(message)
+        self.again += any(key in values for key in new)
+        values.update({key: value for key, value in new.items() if key not in values})
+
+    def notes(self):
+        if self.unstamped:
+            yield f"{self.unstamped} messages have no stamp; the time at which the log received them is taken"
+        if self.again:
+            yield f"{self.again} messages repeat a stamp; the first of each is kept"
+
+
+def _values(message):
     if hasattr(message, "joint_names"):
-        for joint, interfaces in zip(message.joint_names, message.interface_values, strict=True):
-            values.update({(joint, i): v for i, v in zip(interfaces.interface_names, interfaces.values, strict=True)})
-        return
-    for field in JOINT_FIELDS:
-        for joint, value in zip(message.name, getattr(message, field), strict=False):
-            values[joint, field] = value
+        pairs = zip(message.joint_names, message.interface_values, strict=True)
+        return {(joint, i): v for joint, one in pairs for i, v in zip(one.interface_names, one.values, strict=True)}
+    return {(joint, field): value for field in JOINT_FIELDS for joint, value in zip(message.name, getattr(message, field), strict=False)}
 
 
 def _of_states(rows, path, notes):

@@ -39,7 +39,8 @@ def value_unit(column, values, target):
     kind = headers.target_of(target)
     whole = bool(np.all(values[np.isfinite(values)] == np.round(values[np.isfinite(values)])))
     if kind == "radian":
-        power = next((p for p in POWERS if largest < p and 0.9 * p < largest and whole and low >= 0), None)
+        ends = (low, float(np.nanmax(values)))
+        power = next((p for p in POWERS if whole and any(_fills(ends, begin, begin + p) for begin in (0, -p / 2))), None)
         if power:
             return f"turn/{power:.0f}", _says(column, f"turn/{power:.0f} because it holds whole numbers up to that", values)
         unit = "deg" if largest > 12.6 and not target.endswith("_motor_rad") else "rad"
@@ -58,6 +59,11 @@ def value_unit(column, values, target):
     else:
         unit = "N"
     return unit, _says(column, unit, values)
+
+
+def _fills(ends, begin, end):
+    """Do values between these two use nearly all numbers from begin to end, as a counter's do that turns on and on?"""
+    return begin <= ends[0] and ends[1] < end and (ends[1] > begin + 0.9 * (end - begin)) and (begin == 0 or ends[0] < begin + 0.1 * (end - begin))
 
 
 def _says(column, unit, values):

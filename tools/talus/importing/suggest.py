@@ -206,5 +206,5 @@ def _unevenness(column):
     if clock.is_calendar(column) or _is_date(column):
         return 1.0
     steps = np.diff(column.numbers(""))
-    typical = np.nanmedian(np.abs(steps))
+    typical = np.nanmedian(np.abs(steps)) if np.isfinite(steps).any() else 0.0
     return float(np.nanmean(np.abs(steps - typical)) / typical) if typical > 0 else np.inf
