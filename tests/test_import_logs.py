@@ -181,8 +181,14 @@ DISORDERS = {  # what stands in the file, what is right, how near, and what is s
 }  # fmt: skip
 
 
-@pytest.mark.parametrize("kind", TABLES)
-@pytest.mark.parametrize("name", DISORDERS)
+def in_turn():
+    """Every disorder in one format, formats in turn; all others in the long run."""
+    for i, name in enumerate(DISORDERS):
+        for k, kind in enumerate(TABLES):
+            yield pytest.param(kind, name, marks=[] if i % len(TABLES) == k else pytest.mark.long)
+
+
+@pytest.mark.parametrize("kind, name", in_turn())
 def test_disorders_within_binary_tables(tmp_path, kind, name):
     log, expected, tolerance, words = DISORDERS[name]
     path = tmp_path / f"log.{'mat' if kind == '7.3' else kind}"
