@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 import talus
 from support import BUILD, REPOSITORY, data, needs_data, run
-from talus.diagnosis import excerpt
+from talus.diagnosis.gate import excerpt
 from talus.diagnosis.torque_terms import TorqueTerms
 
 LARGEST_KB = 150_000

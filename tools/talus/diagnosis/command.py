@@ -13,10 +13,11 @@ from talus import command_line, outputs
 from talus.progress import Stages, say
 from talus.refused import Refused
 
-from . import excerpt, experiment, fitted, gate, picture, report, tilt_source, words
+from . import experiment, fitted, gate, picture, report, tilt_source, words
 from .calibration import lowpass
 from .catalogue.own import entries
 from .effects import EFFECTS
+from .gate import excerpt
 from .search import search
 from .verdict import judge
 

@@ -5,6 +5,7 @@
 
     times.py      the time column        samples.py    each column by itself      rows.py   rows that stand twice
     angles.py     columns that tell one angle              machine.py   columns against the model's machine
+    excerpt.py    what of long recordings is looked at
 """
 
 import talus

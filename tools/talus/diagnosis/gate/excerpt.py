@@ -11,7 +11,7 @@ from pathlib import Path
 
 from talus.recording import Recording, RecordingFile
 
-from .gate import Finding
+from .finding import Finding
 
 MOST_SAMPLES = 120_000  # of all joints, over all recordings
 STRETCH_S = 30.0  # about so long: three periods of most test motions
