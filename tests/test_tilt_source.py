@@ -11,6 +11,7 @@ from support import REPOSITORY, run
 
 import talus
 from talus.diagnosis import command, tilt_source
+from talus.diagnosis.effects import EFFECTS
 from talus.known import camera
 
 LEG = REPOSITORY / "models/leg.yaml"
@@ -35,7 +36,7 @@ def seen(monkeypatch):
         monkeypatch.setattr(tilt_source, "camera_less_encoder_rad", lambda search, fit: mean)
         monkeypatch.setattr(tilt_source, "standard_errors", lambda search, fit: [[1e-4]])
         chosen = [] if tilt is None else [SimpleNamespace(effect="gravity_tilt")]
-        return SimpleNamespace(camera_zero_rad=zero_rad), SimpleNamespace(chosen=chosen, strengths=[[tilt]])
+        return SimpleNamespace(camera_zero_rad=zero_rad, dataset=SimpleNamespace(effects=EFFECTS)), SimpleNamespace(chosen=chosen, strengths=[[tilt]])
 
     return made
 

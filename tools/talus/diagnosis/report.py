@@ -66,7 +66,7 @@ def diagnosis(search, verdict, seed, findings, through):
     order = ("effect", "joint", "probability", "parameters", "interval", "closes", "gap_before", "gap_after")
     report["effects"] = [{name: item[name] for name in order} for item in listed]
     if source := tilt_source.of(search, fit):
-        report["effects"][[key[0] for key in keys].index(tilt_source.EFFECT)]["source"] = source
+        report["effects"][tilt_source.place_of(search, fit)]["source"] = source
     found = Diagnosis(report, search, fit, before, after, maps, maps_after)
     found.trajectory = proposal.text
     return found

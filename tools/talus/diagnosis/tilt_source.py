@@ -12,7 +12,7 @@ import math
 
 from .figures import standard_errors
 
-EFFECT, CHANNEL = "gravity_tilt", "K"
+CHANNEL = "K"
 LARGEST = 700.0  # whose exponential there is
 
 
@@ -38,9 +38,14 @@ def of(search, fit):
     return {"bench": None if encoder is None else 1.0 - encoder, "encoder": encoder, "camera_less_encoder_rad": mean}
 
 
+def place_of(search, fit):
+    """Which of a fit's effects turns gravity; None where none does."""
+    return next((k for k, candidate in enumerate(fit.chosen) if search.dataset.effects[candidate.effect].turns_gravity), None)
+
+
 def tilt(search, fit):
     """(tilt, its standard deviation) of a fit [rad]; None where it has none."""
-    place = next((k for k, candidate in enumerate(fit.chosen) if candidate.effect == EFFECT), None)
+    place = place_of(search, fit)
     return None if place is None else (fit.strengths[place][0], standard_errors(search, fit)[place][0])
 
 

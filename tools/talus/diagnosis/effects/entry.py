@@ -40,5 +40,8 @@ class Effect:
     in_offset: bool = False
     """A constant, which a model with an offset parameter absorbs."""
 
+    turns_gravity: bool = False
+    """Its strength is an angle by which gravity is turned, as an encoder whose zero is off by it would have it."""
+
     of_load_sensor: bool = False
     """An error of the torque sensor at the output itself."""

@@ -25,4 +25,5 @@ EFFECT = Effect(
     size=size,
     coordinates=("position",),
     needs="turned base",
+    turns_gravity=True,
 )
