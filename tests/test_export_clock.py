@@ -65,6 +65,59 @@ def test_a_clock_that_is_slewed_has_no_steps():
     assert np.abs(model.convert(EPOCH_NS + frames + np.rint(frames * 500e-6).astype(np.int64)) - frames).max() < 2_000
 
 
+def read_at(generator, mono_ns, width_ns, drift):
+    """A reading that lasted `width_ns`: realtime was looked at somewhere within."""
+    off = generator.uniform(-0.5, 0.5, len(mono_ns)) * width_ns
+    return [Clock(int(t), int(t) + EPOCH_NS + round((t - 5 * S) * drift + error), int(width)) for t, error, width in zip(mono_ns, off, width_ns, strict=True)]
+
+
+def off_of(clocks, true_ns, drift):
+    """By how much instants of a clock that nobody sets come out wrong."""
+    model = ClockModel(clocks)
+    assert not model.steps
+    return np.abs(model.convert(true_ns + EPOCH_NS + np.rint((true_ns - 5 * S) * drift).astype(np.int64)) - true_ns)
+
+
+def blind(clocks):
+    """The same readings, and nothing that says how exact they are."""
+    return [replace(clock, width_ns=0) for clock in clocks]
+
+
+@pytest.mark.parametrize("place", [0, 9, 19], ids=["first", "among", "last"])
+def test_a_reading_that_took_long_among_quick_ones_moves_nothing(place):
+    """A busy machine held the recorder up in the middle of one: it is off by half a millisecond, and says that it may be."""
+    t = np.arange(5 * S, 25 * S, S)
+    clocks = read_at(np.random.default_rng(1), t, np.full(20, 600), 30e-6)
+    clocks[place] = replace(clocks[place], real_ns=clocks[place].real_ns + 500_000, width_ns=1_100_000)
+    true_ns = np.arange(5 * S, 24 * S, S // 100)
+    assert off_of(clocks, true_ns, 30e-6).max() < 2_000
+    assert off_of(blind(clocks), true_ns, 30e-6).max() > 100_000  # so this can fail
+
+
+def test_no_reading_is_off_by_more_than_it_says():
+    """Readings of all widths: where they were taken, what comes out lies within what each of them allows."""
+    worst = 0.0
+    for seed in range(50):
+        generator = np.random.default_rng(seed)
+        t, width = np.arange(5 * S, 65 * S, S), 10 ** generator.uniform(2, 6, 60)
+        drift = generator.uniform(-300e-6, 300e-6)
+        clocks = read_at(generator, t, width, drift)
+        off = off_of(clocks, t, drift)
+        assert (off <= width + 10).all() and off.max() < 150_000, seed
+        worst = max(worst, *(abs(clock.offset_ns - EPOCH_NS - (x - 5 * S) * drift) for clock, x in zip(clocks, t.tolist(), strict=True)))
+    assert worst > 400_000  # the readings themselves
+
+
+@pytest.mark.parametrize("apart_ns", [300_000, 3_000_000, 30_000_000])
+def test_two_readings_soon_after_each_other_make_no_drift(apart_ns):
+    """As after a clock was set: the kernel tells of it, and the reading of each second follows soon. What a slow call puts between the two
+    is no drift that goes on for a second."""
+    true_ns = np.arange(5 * S, 6 * S, S // 1000)
+    clocks = [Clock(5 * S, EPOCH_NS + 5 * S - 4_000, 9_000, True), Clock(5 * S + apart_ns, EPOCH_NS + 5 * S + apart_ns + 4_000, 9_000)]
+    assert off_of(clocks, true_ns, 0.0).max() < 10_000
+    assert off_of(blind(clocks), true_ns, 0.0).max() > (100_000 if apart_ns < 30_000_000 else 10_000)
+
+
 def test_what_cannot_be_known_is_said():
     """A step smaller than the time between frames, and nobody who told when: uncertain by its size, and no more."""
     generator = np.random.default_rng(4)

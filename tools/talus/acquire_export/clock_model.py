@@ -6,7 +6,9 @@
 
 Two clocks that run drift against each other by some hundred parts in a million, whatever NTP does. Where the offset between
 realtime and monotonic changes by more from one reading to the next, the clock was set. Between two such steps the model is
-straight from reading to reading. Where a step lies between two readings is told by the frames (step_search.py); what
+straight from reading to reading. A reading is trusted as far as it says: one that took long among quick ones lies on the line
+between these, or as near to it as its width allows; and beyond the readings of a piece no more drift goes on than their widths leave
+no doubt of. Where a step lies between two readings is told by the frames (step_search.py); what
 remains possible besides stands in the step: which instants are uncertain, and by how much.
 """
 
@@ -21,6 +23,7 @@ from .step_search import MOST_AT_ONCE, first_behind
 RULE = files()  # apps/clock: what a step is, for talus-acquire info as well
 MOST_DRIFT = RULE.clock_most_drift()
 READ_NS = int(RULE.clock_read_ns())  # two readings within less than this of a straight line are on it
+WIDE = 4  # a reading that took so many times as long as the quickest is one of the slow ones
 
 
 @dataclass(frozen=True)
@@ -64,17 +67,30 @@ class Piece:
         self.zero = clocks[0]
         self.real = np.array([clock.real_ns - self.zero.real_ns for clock in clocks], float)
         self.drift = np.array([clock.offset_ns - self.zero.offset_ns for clock in clocks], float)
+        self.width = np.array([clock.width_ns for clock in clocks], float)
+        self.draw_in()
+
+    def draw_in(self):
+        """Slow readings onto the line between the quick ones, as far as their widths allow."""
+        real, read, width = self.real, self.drift, self.width
+        quick = width <= max(WIDE * width.min(), READ_NS)
+        self.real, self.drift, self.width = real[quick], read[quick], width[quick]
+        line = np.interp(real, self.real, self.drift) + self.beyond(real)
+        self.real, self.drift, self.width = real, np.clip(line, read - width / 2, read + width / 2), width
 
     def offset(self, real_ns):
-        """Realtime less monotonic [ns] less the first reading's, at stamps of this piece; beyond its ends as at them."""
+        """Realtime less monotonic [ns] less the first reading's, at stamps of this piece."""
         x = (real_ns - self.zero.real_ns).astype(float)
         return np.interp(x, self.real, self.drift) + self.beyond(x)
 
     def beyond(self, x):
-        """What is added before the first reading and behind the last one: the drift between the two next to it."""
+        """What is added before the first reading and behind the last one: the drift between the two next to it. Each may be off by
+        half its width; soon after each other, two readings show a drift that is none."""
         if len(self.real) < 2:
             return 0.0
-        slope = np.clip(np.diff(self.drift) / np.maximum(np.diff(self.real), 1.0), -MOST_DRIFT, MOST_DRIFT)
+        rise, off = np.diff(self.drift), (self.width[1:] + self.width[:-1]) / 2
+        sure = np.sign(rise) * np.maximum(np.abs(rise) - off, 0.0)
+        slope = np.clip(sure / np.maximum(np.diff(self.real), 1.0), -MOST_DRIFT, MOST_DRIFT)
         return slope[0] * np.minimum(x - self.real[0], 0.0) + slope[-1] * np.maximum(x - self.real[-1], 0.0)
 
     def convert(self, real_ns):

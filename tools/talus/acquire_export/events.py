@@ -84,8 +84,8 @@ class Events:
     def take_clock(self, entry):
         """Of very many readings those are enough that lie some seconds apart."""
         clock = Clock(whole(entry, "mono_ns"), whole(entry, "real_ns"), whole(entry, "width_ns", 0), entry.get("set") is True)
-        if not (0 <= clock.mono_ns < MOST_MONO_NS and 0 <= clock.real_ns < MOST_REAL_NS):
-            raise ValueError("mono_ns, real_ns")
+        if not (0 <= clock.mono_ns < MOST_MONO_NS and 0 <= clock.real_ns < MOST_REAL_NS and clock.width_ns >= 0):
+            raise ValueError("mono_ns, real_ns, width_ns")
         if len(self.clocks) >= MOST_CLOCKS:
             if is_step(self.clocks[-1], clock) or clock.mono_ns - self.clocks[-2].mono_ns >= APART_NS:
                 raise Refused(2, f"{self.path}: more than {MOST_CLOCKS} readings of the clocks")
