@@ -57,11 +57,13 @@ def test_clocks_losses_and_the_end(tmp_path):
     events = [{"type": "clock", "mono_ns": k * 10**9, "real_ns": int(real * 1e9), "width_ns": 400} for k, real in clocks]
     events += [{"type": "drop", "source": "can0", "lost": 7}, {"type": "drop", "source": "can0", "lost": 5},
                {"type": "vanished", "lost": 2, "perhaps_lost": 4, "known": False}, {"type": "vanished", "lost": 0, "known": True},
-               {"type": "edges_lost", "lost": 1}, {"type": "link"}, {"type": "stop"}, {"type": "end", "reason": "signal"}]  # fmt: skip
+               {"type": "edges_lost", "lost": 1}, {"type": "link"}, {"type": "stop", "sent": True, "frames": 3, "errno": 0},
+               {"type": "stop", "sent": True, "frames": 2, "errno": 105}, {"type": "stop", "sent": False, "frames": 0, "errno": 100}, {"type": "end", "reason": "signal"}]  # fmt: skip
     (tmp_path / "r.jsonl").write_text("".join(json.dumps(event) + "\n" for event in events))
     words, found = told(tmp_path / "r.log", tmp_path)
     said = found["events"]
-    assert found["cut"] and (said["lost"], said["drops"], said["links"], said["stops"], said["ended_by"]) == (15, 3, 1, 1, "signal")
+    assert found["cut"] and (said["lost"], said["drops"], said["links"], said["stops"], said["ended_by"]) == (15, 3, 1, 3, "signal")
+    assert (said["stops_partial"], said["stops_failed"]) == (1, 1)
     assert (said["perhaps_lost"], said["not_known"]) == (4, 1) and "perhaps 4 more" in words
     assert (said["clocks"], said["clock_steps"], said["largest_step_s"]) == (10, 2, 5.0)
     assert "the last line is cut off" in words and "set 2 times, at most by 5.000000 s" in words and "ended by signal" in words

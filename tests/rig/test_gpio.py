@@ -147,9 +147,10 @@ def test_a_stop_that_cannot_be_sent_is_a_failure(chip, record, vcan):
         subprocess.run(["ip", "link", "set", name, "down"], check=True)
         chip.drive(6, 0)
         time.sleep(0.3)
-        recording.stop(status=1)
+        printed = recording.stop(status=1)
     (stop,) = recording.events("stop")
     assert not stop["sent"] and stop["errno"] and recording.at_end("button")["stops_failed"] == 1
+    assert "of 1 emergency stops 1 not sent, 0 sent only in part" in printed
     chip.drive(6, 1)
 
 

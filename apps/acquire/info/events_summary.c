@@ -53,6 +53,13 @@ static void take_vanished(struct events_summary *s, const json_t *event) {
   s->not_known += (uint64_t)json_is_false(json_object_get(event, "known"));
 }
 
+static void take_stop(struct events_summary *s, const json_t *event) {
+  const int sent = json_is_true(json_object_get(event, "sent"));
+  s->stops++;
+  s->stops_partial += sent && whole(event, "errno") != 0;
+  s->stops_failed += !sent;
+}
+
 static void take(struct events_summary *s, const json_t *event) {
   const char *type = json_string_value(json_object_get(event, "type"));
   if (!type) type = "";
@@ -63,7 +70,7 @@ static void take(struct events_summary *s, const json_t *event) {
   s->links += strcmp(type, "link") == 0;
   s->edges += strcmp(type, "edge") == 0;
   s->pulses += strcmp(type, "pulse") == 0;
-  s->stops += strcmp(type, "stop") == 0;
+  if (strcmp(type, "stop") == 0) take_stop(s, event);
   if (strcmp(type, "end") != 0) return;
   const char *reason = json_string_value(json_object_get(event, "reason"));
   snprintf(s->reason, sizeof s->reason, "%s", reason ? reason : "not said");

@@ -21,6 +21,7 @@ struct events_summary {
   uint64_t lost;                               /* frames and edges, as drops tell */
   uint64_t perhaps_lost, not_known;            /* more at most; interfaces that vanished without a count */
   uint64_t drops, links, edges, pulses, stops; /* events */
+  uint64_t stops_partial, stops_failed;        /* of which some frames did not go out; none */
   uint64_t clocks, steps;                      /* readings of the clocks; times that one was set */
   struct clock_step step[EVENTS_STEPS];        /* the first ones */
   int64_t largest_step_ns;                     /* of realtime */

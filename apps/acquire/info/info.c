@@ -92,8 +92,8 @@ static void print_events(const struct events_summary *e) {
   printf("\n");
   print_steps(e);
   printf("%" PRIu64 " changes of interfaces, %" PRIu64 " edges, %" PRIu64 " pulses, %" PRIu64
-         " emergency stops\n",
-         e->links, e->edges, e->pulses, e->stops);
+         " emergency stops (%" PRIu64 " not sent, %" PRIu64 " only in part)\n",
+         e->links, e->edges, e->pulses, e->stops, e->stops_failed, e->stops_partial);
   printf(e->reason[0] ? "ended by %s\n" : "%sno end: the recorder was killed\n", e->reason);
 }
 
@@ -144,6 +144,8 @@ static json_t *events_of(const struct events_summary *e) {
   set_whole(object, "edges", e->edges);
   set_whole(object, "pulses", e->pulses);
   set_whole(object, "stops", e->stops);
+  set_whole(object, "stops_partial", e->stops_partial);
+  set_whole(object, "stops_failed", e->stops_failed);
   set_whole(object, "clocks", e->clocks);
   set_whole(object, "clock_steps", e->steps);
   json_set_number(object, "largest_step_s", seconds(e->largest_step_ns));

@@ -12,5 +12,5 @@ uint64_t account_difference(const struct account *a) {
 
 uint64_t account_lost(const struct account *a) {
   return a->lost[0] + a->lost[1] + a->malformed + a->not_written + (a->written - a->synced) +
-         account_difference(a) + a->stops_failed;
+         account_difference(a);
 }

@@ -19,14 +19,13 @@ struct account {
   uint64_t written;     /* whole lines handed to the kernel */
   uint64_t synced;      /* of them, on the disk: its own word */
   uint64_t not_written; /* had, and in no file */
-  uint64_t stops_failed;
   uint64_t perhaps_lost,
       not_known; /* where interfaces vanished: frames at most, and interfaces without a count */
 };
 
 /* Frames without a place in this account; 0: it balances. */
 uint64_t account_difference(const struct account *a);
-/* Lost to the user: by the kernel, on the way to the disk, without a place; and stops that were not sent. */
+/* Lost to the user: by the kernel, on the way to the disk, without a place. */
 uint64_t account_lost(const struct account *a);
 
 #endif

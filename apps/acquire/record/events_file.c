@@ -114,8 +114,9 @@ static void put_source_end(struct text *t, const struct writer *writer, int i) {
   } else {
     text_set(t, "edges", (int64_t)(w->edges + w->pulses));
     text_set(t, "lost", (int64_t)w->lost[0]);
-    text_set(t, "stops", (int64_t)w->stops);
-    text_set(t, "stops_failed", (int64_t)w->stops_failed);
+    text_set(t, "stops", (int64_t)w->stops.all);
+    text_set(t, "stops_partial", (int64_t)w->stops.partial);
+    text_set(t, "stops_failed", (int64_t)w->stops.failed);
   }
   if (source->spec.kind == SOURCE_FD) text_set(t, "malformed", (int64_t)a.malformed);
   if (source->spec.kind == SOURCE_CAN) text_set(t, "other_interfaces", (int64_t)a.foreign);
@@ -170,7 +171,8 @@ static void print_edges(const struct source *source, const struct written *w) {
   fprintf(stderr, "  %-15s %10" PRIu64 " edges            lost %" PRIu64, source->spec.name,
           w->edges + w->pulses, w->lost[0]);
   if (source->spec.kind == SOURCE_ESTOP)
-    fprintf(stderr, "  stop sent %" PRIu64 " times, failed %" PRIu64, w->stops, w->stops_failed);
+    fprintf(stderr, "  emergency stops %" PRIu64 ", in part %" PRIu64 ", not sent %" PRIu64, w->stops.all,
+            w->stops.partial, w->stops.failed);
 }
 
 static void print_source(const struct writer *writer, int i, double seconds) {

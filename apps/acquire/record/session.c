@@ -423,12 +423,18 @@ static void print_summary(const struct session *s) {
 static int judge(const struct session *s, struct app_error *error) {
   const struct source *failed = failed_source(s);
   const int disk = file_pair_failure(&s->files);
+  const struct writer_stops stops = writer_stops(&s->writer);
   if (disk)
     return app_fail(error, APP_FAILED, "%s: %s; the recording ends here, what was written before can be read",
                     s->files.file[s->files.failed_in].path, strerror(disk));
   if (failed)
     return app_fail(error, APP_FAILED, "%s: cannot be read any longer: %s", failed->spec.name,
                     strerror(failed->failure));
+  if (stops.failed || stops.partial)
+    return app_fail(error, APP_FAILED,
+                    "of %llu emergency stops %llu not sent, %llu sent only in part; %s says which",
+                    (unsigned long long)stops.all, (unsigned long long)stops.failed,
+                    (unsigned long long)stops.partial, s->files.file[FILE_JSON].path);
   if (s->player.end >= PLAYER_TOO_LATE)
     return app_fail(error, APP_FAILED, "%s: playing ended at set-point %zu: %s", s->settings->play,
                     s->player.rows_sent, player_end_text(&s->player));

@@ -179,8 +179,8 @@ static void tell_stop(const struct watch *w, const struct source *source) {
     app_note("%s: EMERGENCY STOP NOT SENT on %s: %s", source->spec.name, w->stop->port.name,
              strerror(failure));
   else if (frames < STOP_FRAMES)
-    app_note("%s: emergency stop sent on %s, only %d of %d frames: %s", source->spec.name, w->stop->port.name,
-             frames, STOP_FRAMES, strerror(failure));
+    app_note("%s: EMERGENCY STOP SENT ONLY IN PART on %s, %d of %d frames: %s", source->spec.name,
+             w->stop->port.name, frames, STOP_FRAMES, strerror(failure));
   else
     app_note("%s: emergency stop sent on %s, %d of %d frames", source->spec.name, w->stop->port.name, frames,
              STOP_FRAMES);

@@ -202,8 +202,9 @@ static void put_edges_lost(struct writer *w, const struct item *item) {
 
 static void put_stop(struct writer *w, const struct item *item) {
   struct written *s = &w->state[item->source];
-  s->stops++;
-  s->stops_failed += item->is.stop.frames == 0;
+  s->stops.all++;
+  s->stops.failed += item->is.stop.frames == 0;
+  s->stops.partial += item->is.stop.frames > 0 && item->is.stop.failure != 0;
   begin(w, "stop", item->source);
   text_set_bool(json(w), "sent", item->is.stop.frames > 0);
   text_set(json(w), "frames", item->is.stop.frames);
@@ -420,7 +421,6 @@ struct account writer_account(const struct writer *w, int source) {
                           .written = frames ? s->frames : s->edges + s->pulses,
                           .synced = frames ? s->synced : s->edges + s->pulses,
                           .not_written = s->not_written + c->abandoned,
-                          .stops_failed = s->stops_failed,
                           .perhaps_lost = s->perhaps_lost,
                           .not_known = s->not_known};
 }
@@ -432,6 +432,16 @@ uint64_t writer_lost(const struct writer *w) {
     lost += account_lost(&a);
   }
   return lost;
+}
+
+struct writer_stops writer_stops(const struct writer *w) {
+  struct writer_stops sum = {0, 0, 0};
+  for (int i = 0; i < w->sources; i++) {
+    sum.all += w->state[i].stops.all;
+    sum.partial += w->state[i].stops.partial;
+    sum.failed += w->state[i].stops.failed;
+  }
+  return sum;
 }
 
 int writer_knows(const struct writer *w) {

@@ -8,6 +8,11 @@
 
 enum { MAX_SOURCES = 64 };
 
+/* Emergency stops: all, those of which some frames did not go out, and those of which none did. */
+struct writer_stops {
+  uint64_t all, partial, failed;
+};
+
 /* What the writer knows about one source. */
 struct written {
   uint64_t frames;       /* lines in the log */
@@ -20,7 +25,7 @@ struct written {
   uint64_t lost[2];      /* by enum item_where; for GPIO lines lost[0] */
   uint64_t perhaps_lost; /* besides, at most, of what interfaces had counted when they vanished */
   uint64_t not_known;    /* interfaces that vanished, of which nobody has counted what was on its way */
-  uint64_t stops, stops_failed;
+  struct writer_stops stops;
   int64_t last_ns;    /* stamp of the last frame in the log */
   uint64_t backwards; /* frames whose stamp is before their predecessor's */
   uint64_t estimated; /* frames without the adapter's stamp, put on its clock by the last one that had it */
@@ -60,6 +65,8 @@ int writer_sync(struct writer *w);
 /* A source's account, and what is lost of all of them; when all threads have ended. */
 struct account writer_account(const struct writer *w, int source);
 uint64_t writer_lost(const struct writer *w);
+/* The emergency stops of all sources; when all threads have ended. */
+struct writer_stops writer_stops(const struct writer *w);
 /* Is that all that is lost? */
 int writer_knows(const struct writer *w);
 
