@@ -8,7 +8,8 @@
 static const double power_of_ten[NUMBER_ROWS_PLACES + 1] = {1e0, 1e1, 1e2, 1e3,  1e4,  1e5, 1e6,
                                                             1e7, 1e8, 1e9, 1e10, 1e11, 1e12};
 static const double LARGEST = 0x1p52; /* below it each whole number is a double, and the half between two */
-static const double NEAR = 0x1p-50;   /* of a number: its product with a power of ten is no further from the true one */
+static const double NEAR =
+    0x1p-50; /* of a number: its product with a power of ten is no further from the true one */
 
 /* "%.*f" of a number below LARGEST, without its point */
 static uint64_t printed(double size, int places) {
