@@ -51,14 +51,14 @@ class Track:
         fine = self.taken[:, None] + exposure_s * (np.arange(200) + 0.5 - 100) / 200
         return (np.searchsorted(self.edges, fine) % 2 == 1).mean(axis=1)
 
-    def write(self, folder, name="track", hide=(), lamp=True):
+    def write(self, folder, name="track", hide=(), lamp=True, fmt="%.9g"):
         sigma = [np.full(len(self.camera), s) for s in SIGMA_RAD]
         for begin_s, end_s in hide:
             sigma[0][(self.taken > begin_s) & (self.taken < end_s)] = 0
         columns = [self.camera, self.angles[0], sigma[0], self.angles[1], sigma[1]]
         header = "time_s,shank_rad,shank_sigma_rad,foot_rad,foot_sigma_rad"
         columns, header = ([*columns, self.lamp], header + ",lamp") if lamp else (columns, header)
-        np.savetxt(folder / f"{name}.csv", np.c_[tuple(columns)], delimiter=",", header=header, comments="", fmt="%.9g")
+        np.savetxt(folder / f"{name}.csv", np.c_[tuple(columns)], delimiter=",", header=header, comments="", fmt=fmt)
         edges = np.c_[self.edges, 1 - np.arange(len(self.edges)) % 2]
         np.savetxt(folder / f"{name}_edges.csv", edges, delimiter=",", header="time_s,on", comments="", fmt="%.6f")
 
@@ -146,6 +146,31 @@ def test_a_motion_that_repeats_is_refused(tmp_path):
     assert not (tmp_path / "merged.csv").exists()
     report = align(tmp_path, tmp_path / "walk.csv", "--near", f"{track.offset_s + 0.4:.2f}")
     assert abs(track.errors(report)[0]) < 0.5e-3
+
+
+def write_export(path, zero_ns, clock="CLOCK_MONOTONIC", schema="talus-export/1"):
+    """What the export says of a recording."""
+    path.write_text(json.dumps({"schema": schema, "zero_ns": zero_ns, "clock": clock}))
+    return path
+
+
+def test_a_camera_that_the_kernel_stamps_needs_no_offset_by_hand(tmp_path):
+    """A repeating motion, and pictures stamped by CLOCK_MONOTONIC some days after the machine was started: the export's report says where
+    the recording lies on it. The camera stamps 40 ms after the middle of its exposure."""
+    run("talus-sim", "--model", REPOSITORY / "models/leg.yaml", "--out", tmp_path / "walk.csv", "--motion", tmp_path / "motion.csv",
+        "--duration", 25)  # fmt: skip
+    track, zero_s, late_s = Track(np.genfromtxt(tmp_path / "motion.csv", delimiter=",", names=True), 3, duration_s=12), 345_678.9, 0.04
+    track.camera = track.taken + zero_s + late_s
+    track.offset_s, track.rate = -zero_s - late_s, 0.0
+    track.write(tmp_path, fmt="%.12g")
+    assert "repeats itself" in align(tmp_path, tmp_path / "walk.csv", status=2)
+    told = write_export(tmp_path / "walk.json", round(zero_s * 1e9))
+    assert abs(track.errors(align(tmp_path, tmp_path / "walk.csv", "--export", told))[0]) < 0.5e-3
+    assert "both say" in align(tmp_path, tmp_path / "walk.csv", "--export", told, "--near", "0", status=2)
+    for wrong in ({"clock": "the stamps' clock"}, {"schema": "other"}):
+        said = align(tmp_path, tmp_path / "walk.csv", "--export", write_export(tmp_path / "wrong.json", 5, **wrong), status=2)
+        assert "wrong.json: " in said
+    assert "no motion in common" in align(tmp_path, tmp_path / "walk.csv", "--export", write_export(told, 5), status=2)
 
 
 def test_what_has_nothing_in_common_is_refused(bench, tmp_path):

@@ -9,12 +9,13 @@
 #include "common/cli.h"
 #include "common/json_file.h"
 #include "recording/recording.h"
+#include "track/align/export_report.h"
 #include "track/align/merge.h"
 #include "track/commands.h"
 #include "track/table.h"
 
 static struct {
-  const char *recording, *out, *report, *flashes;
+  const char *recording, *out, *report, *flashes, *export;
   double exposure_s, near_s;
 } asked = {.near_s = 1e300};
 
@@ -25,6 +26,8 @@ static const struct cli_option options[] = {
     {"report", 0, CLI_TEXT, &asked.report, 0, "R.json", "offset, rate, their uncertainty, residuals"},
     {"near", 0, CLI_NUMBER, &asked.near_s, 0, "S",
      "the recording's time less the camera's, to a second (a motion that repeats needs it)"},
+    {"export", 0, CLI_TEXT, &asked.export, 0, "E.json",
+     "the recording's report by talus-acquire-export: a camera that the kernel stamps needs no --near"},
     {"flashes", 0, CLI_TEXT, &asked.flashes, 0, "F.csv",
      "edges of the sync lamp on the recording's clock: time_s, on (1 or 0)"},
     {"exposure", 0, CLI_NUMBER, &asked.exposure_s, 0, "S",
@@ -211,6 +214,7 @@ static void note_difference(const struct job *job) {
 
 static int align(struct job *job, struct app_error *error) {
   const struct series angle[2] = {job->shank, job->foot};
+  if (asked.export && export_report_offset(asked.export, &asked.near_s, error) != 0) return -1;
   if (align_coarse(&job->data, asked.near_s < 1e299 ? &asked.near_s : NULL, &job->clock, error) != 0)
     return -1;
   if (align_fine(&job->data, &job->clock, error) != 0) return -1;
@@ -240,6 +244,10 @@ int command_align(int argc, char **argv) {
   job.path = argv[first];
   if (asked.exposure_s < 0.0) {
     cli_complain("--exposure: expected a number above 0");
+    return APP_BAD_INPUT;
+  }
+  if (asked.export && asked.near_s < 1e299) {
+    cli_complain("--near and --export both say where the clocks lie");
     return APP_BAD_INPUT;
   }
   int result = load(&job, &error);
