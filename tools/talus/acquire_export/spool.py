@@ -92,11 +92,12 @@ class Spool:
         return self.written + self.waiting
 
     def append(self, rows):
+        """Rows of its kind, which nobody changes any more: they may wait here for a while."""
         if not len(rows):
             return
         if not self.waiting:
             self.store.unwritten.append(self)
-        self.parts.append(np.array(rows, self.dtype))
+        self.parts.append(rows)
         self.waiting += len(rows)
         self.store.waiting += len(rows) * self.dtype.itemsize
         if self.store.waiting > MOST_WAITING:
