@@ -13,6 +13,7 @@ import pytest
 from frame_source import FrameSource
 from rig.button import Button
 from support import REPOSITORY
+from uncured import BUTTON_NOT_READ, uncured
 
 pytestmark = pytest.mark.release  # preloaded libraries, compiled here
 
@@ -40,11 +41,11 @@ def button(tmp_path, libraries, monkeypatch):
 
 
 @contextlib.contextmanager
-def recording(button, out, *options):
+def recording(button, out, *options, path=None):
     """talus-acquire with a button, and a source of frames."""
     os.environ["LD_PRELOAD"] = button.environment["LD_PRELOAD"]  # for the recorder alone: its fakes would be this process' own
     try:
-        source = FrameSource(out, options=(*options, "--gpio-backend", "kernel", "--stop", INTERFACE), sources=("estop:button=fakechip:4",))
+        source = FrameSource(out, options=(*options, "--gpio-backend", "kernel", "--stop", INTERFACE), sources=("estop:button=fakechip:4",), path=path)
     finally:
         os.environ.pop("LD_PRELOAD")
     with source:
@@ -91,13 +92,17 @@ def test_how_many_frames_of_a_stop_went_out(button, tmp_path, monkeypatch, takes
     assert (source.status, source.printed.endswith(said)) == ((0, False) if takes == 3 else (1, True))
 
 
+def playing(folder):
+    """Options that play a second."""
+    rows = "".join(f"{k / 100},{k / 1e5},0\n" for k in range(100))
+    (folder / "t.csv").write_text("time_s,knee_rad,ankle_rad\n" + rows)
+    return "--play", folder / "t.csv", "--play-on", INTERFACE, "--limits", "knee.position=-1:1,knee.speed=9,ankle.position=-1:1,ankle.speed=9"
+
+
 def test_a_button_pressed_before_the_start_lets_nobody_play(button, tmp_path):
     """No record, no frame on the bus; without a trajectory it is said and recorded."""
     button.level(0)
-    rows = "".join(f"{k / 100},{k / 1e5},0\n" for k in range(100))
-    (tmp_path / "t.csv").write_text("time_s,knee_rad,ankle_rad\n" + rows)
-    play = ("--play", tmp_path / "t.csv", "--play-on", INTERFACE, "--limits", "knee.position=-1:1,knee.speed=9,ankle.position=-1:1,ankle.speed=9")
-    with recording(button, tmp_path / "p", *play) as source:
+    with recording(button, tmp_path / "p", *playing(tmp_path)) as source:
         source.process.wait(20)
         source.close()
     assert source.status == 1 and source.printed.endswith("button: the emergency stop is pressed: nothing is played\n")
@@ -107,3 +112,12 @@ def test_a_button_pressed_before_the_start_lets_nobody_play(button, tmp_path):
         end(source)
     assert source.status == 0 and "button: the emergency stop is pressed\n" in source.printed
     assert [one["pressed"] for one in source.events("header")[0]["sources"] if one["name"] == "button"] == [True]
+
+
+def test_a_button_that_nobody_reads_at_the_start_does(button, tmp_path):
+    """What the test above is judged by: without the look at the level the trajectory is played, though the button is pressed."""
+    button.level(0)
+    with recording(button, tmp_path / "p", *playing(tmp_path), path=uncured(tmp_path / "uncured", BUTTON_NOT_READ)) as source:
+        source.process.wait(20)
+        source.close()
+    assert source.status == 0 and source.events("play")[0]["sent"] == 100 and (tmp_path / "bus").exists()

@@ -18,7 +18,7 @@ from recording import SOURCE, Plug, Recording, counters, hold_up, ip, read_lines
 from talus.acquire_export import events as export_events
 from talus.acquire_export import record as export_record
 from trajectory import LIMITS, write_trajectory
-from uncured import HOLD_SAID_ONCE, STOP_BUSY, STOP_SLEEPS, uncured
+from uncured import HOLD_SAID_ONCE, STOP_BUSY, STOP_SLEEPS, STOP_TO_THE_FIRST, uncured
 
 pytestmark = [pytest.mark.rig, pytest.mark.release]
 
@@ -277,6 +277,21 @@ def test_stop_after_a_replug_and_after_down_and_up(vcan, tmp_path, button):
     assert [(stop["sent"], stop["frames"], stop["errno"]) for stop in stops] == [(True, 3, 0)] * 6
     ready = [event["ready"] for event in recording.events("stop_path")]
     assert [now for before, now in itertools.pairwise([False, *ready]) if now != before] == [True] + [False, True] * 6
+
+
+def test_a_stop_for_the_first_interface_alone_goes_nowhere(vcan, tmp_path, button):
+    """What the test above is judged by: after a replug none of the three frames goes out."""
+    (name,) = vcan()
+    path = uncured(tmp_path / "uncured", STOP_TO_THE_FIRST)
+    with listener() as bus, Guarded(button, tmp_path / "s", "--stop", name, name, path=path) as recording:
+        ip("del", name)
+        recording.hears("an emergency stop CANNOT BE SENT on")
+        plug_in(name)
+        button.press()
+        recording.hears("EMERGENCY STOP NOT SENT on")
+        assert stops_on(bus, 0) == 0
+        recording.stop(status=1)
+    assert [stop["frames"] for stop in recording.events("stop")] == [0]
 
 
 def press(button, bus, recording, there):
