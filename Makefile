@@ -308,7 +308,7 @@ $(BUILD)/bench/%: $(OBJ)/tools/bench/%.o $(COMMON_ARCHIVE) $(SANITIZER_OPTIONS) 
 
 # The Python side is made from the public headers themselves: declarations as the
 # preprocessor leaves them, and the macros beside them.
-FILES_HEADERS := apps/candump/candump_lines.h apps/clock/clock_step.h apps/common/error.h apps/common/number_rows.h apps/model/model_file.h apps/recording/recording.h
+FILES_HEADERS := apps/candump/candump_lines.h apps/clock/clock_step.h apps/common/error.h apps/recording/number_rows.h apps/model/model_file.h apps/recording/recording.h
 CDEF_CPP = $(CC) -std=c99 -E -P -nostdinc -DTL_NO_ATTRIBUTES -Itools/talus/stubs -Iinclude -Iapps \
   $(foreach h,$(HEADERS) $(FILES_HEADERS),-include $(h)) -x c /dev/null
 

@@ -7,7 +7,7 @@ import numpy as np
 
 from talus._library import ffi, files
 
-FILES = files()  # apps/common/number_rows.h
+FILES = files()  # apps/recording/number_rows.h
 BYTES_EACH = 32  # NUMBER_ROWS_TEXT
 
 
