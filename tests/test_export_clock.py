@@ -108,6 +108,18 @@ def test_no_reading_is_off_by_more_than_it_says():
     assert worst > 400_000  # the readings themselves
 
 
+def test_where_every_reading_took_long_instants_are_said_to_be_uncertain():
+    """Between two steps stands one reading, off by 0.3 ms."""
+    t = np.array([5, 6, 7, 8]) * S
+    clocks = [Clock(int(x), EPOCH_NS + int(x) + 5 * S * (6 * S <= x < 7 * S), 500) for x in t]
+    assert ClockModel(clocks).uncertain_ns == 250
+    clocks[1] = replace(clocks[1], real_ns=clocks[1].real_ns + 300_000, width_ns=700_000)
+    frames = np.arange(5 * S, 8 * S, S // 100)
+    model = ClockModel(clocks)
+    off = np.abs(model.convert(EPOCH_NS + frames + 5 * S * ((frames >= 6 * S) & (frames < 7 * S))) - frames)
+    assert len(model.steps) == 2 and 100_000 < off.max() <= model.uncertain_ns == 350_000
+
+
 @pytest.mark.parametrize("apart_ns", [300_000, 3_000_000, 30_000_000])
 def test_two_readings_soon_after_each_other_make_no_drift(apart_ns):
     """As after a clock was set: the kernel tells of it, and the reading of each second follows soon. What a slow call puts between the two
@@ -361,6 +373,11 @@ def test_a_record_of_an_adapters_stamps_across_a_step(bench, tmp_path, size_ns):
 def test_uncertain_instants_and_unrelated_stamps_are_told(bench, tmp_path):
     """A step that the stamps contradict; and an adapter whose clock nothing relates to any other."""
     path = write(tmp_path / "rec.log", bench[1])
+    (tmp_path / "rec.jsonl").write_text(events_of(5 * S, False))
+    words = export(path, tmp_path)
+    assert exported(tmp_path)[1]["clock_uncertain_s"] == 250e-9 and "not read quickly" not in words
+    (tmp_path / "rec.jsonl").write_text(events_of(5 * S, False).replace('"width_ns": 500', '"width_ns": 300000'))
+    assert "the clocks were not read quickly between two steps: instants are uncertain by 0.000150 s there" in export(path, tmp_path)
     (tmp_path / "rec.jsonl").write_text(events_of(5 * S, False))
     words = export(path, tmp_path)
     (step,) = exported(tmp_path)[1]["clock_steps"]

@@ -3,6 +3,7 @@
     model = ClockModel(clocks)                   # [Clock(mono_ns, real_ns, width_ns, is_set)] in the order of the events file
     mono_ns = model.convert(real_ns)             # stamps of one interface in the order of their lines
     model.steps                                  # [Step(...)]
+    model.uncertain_ns                           # by so much instants may be off where even the quickest reading took long
 
 Two clocks that run drift against each other by some hundred parts in a million, whatever NTP does. Where the offset between
 realtime and monotonic changes by more from one reading to the next, the clock was set. Between two such steps the model is
@@ -23,7 +24,6 @@ from .step_search import MOST_AT_ONCE, first_behind
 RULE = files()  # apps/clock: what a step is, for talus-acquire info as well
 MOST_DRIFT = RULE.clock_most_drift()
 READ_NS = int(RULE.clock_read_ns())  # two readings within less than this of a straight line are on it
-WIDE = 4  # a reading that took so many times as long as the quickest is one of the slow ones
 
 
 @dataclass(frozen=True)
@@ -71,9 +71,9 @@ class Piece:
         self.draw_in()
 
     def draw_in(self):
-        """Slow readings onto the line between the quick ones, as far as their widths allow."""
+        """Slow readings onto the line between the quick ones, as far as their widths allow. Where none is quick, the quickest is."""
         real, read, width = self.real, self.drift, self.width
-        quick = width <= max(WIDE * width.min(), READ_NS)
+        quick = width <= max(width.min(), READ_NS)
         self.real, self.drift, self.width = real[quick], read[quick], width[quick]
         line = np.interp(real, self.real, self.drift) + self.beyond(real)
         self.real, self.drift, self.width = real, np.clip(line, read - width / 2, read + width / 2), width
@@ -116,6 +116,7 @@ class ClockModel:
                 pieces.append([])
             pieces[-1].append(b)
         self.pieces = [Piece(piece) for piece in pieces if piece]
+        self.uncertain_ns = max((piece.width.min() / 2 for piece in self.pieces), default=0.0)
         self.first_ns, self.last_ns = (rising[k].mono_ns if rising else 0 for k in (0, -1))
         behind = np.array([step.after.mono_ns for step in self.steps], np.int64)
         latest = np.maximum.accumulate(np.array([clock.mono_ns for clock in clocks], np.int64)) if clocks else behind

@@ -46,6 +46,7 @@ SHORT = {"-d": "--dbc", "-m": "--model", "-o": "--out", "-q": "--quiet", "-h": "
 SCHEMA = "talus-export/1"
 M_TRIM_THRESHOLD, M_MMAP_THRESHOLD = -1, -3  # malloc.h
 LEAST_ROWS = 100  # of a recording
+MOST_UNCERTAIN_NS = 100_000  # of instants, by the readings of the clocks, that is not worth a word
 ROWS_AT_ONCE = 5_000  # that are turned into text
 
 
@@ -180,6 +181,8 @@ class Findings:
                 words += f"; instants from {first:.3f} s to {last:.3f} s are uncertain by {entry['uncertain_s']:.6f} s"
             self.notes.append(words)
             entries.append(entry)
+        if beside and beside.model.uncertain_ns > MOST_UNCERTAIN_NS:
+            self.notes.append(f"the clocks were not read quickly between two steps: instants are uncertain by {beside.model.uncertain_ns / 1e9:.6f} s there")
         return entries
 
     def take_unrelated(self, beside, streams):
@@ -310,7 +313,7 @@ def export(options, findings, store):
     marks = ({**mark, "time_s": (mark["mono_ns"] - zero_ns) / 1e9} for mark in (beside.all_marks() if beside and converted else ()))
     summary = {"rows": len(made), "left_out": made.left_out, "duration_s": (made.last_ns - made.first_ns) / 1e9,
                "columns": made.names, "zero_ns": zero_ns, "clock": "CLOCK_MONOTONIC" if converted else "the stamps' clock",
-               "clock_steps": steps, "restarts": findings.take_joints(made), "marks": report.Listed(marks), "encoders": zeros, **of_record,
+               "clock_uncertain_s": beside.model.uncertain_ns / 1e9 if beside and converted else None, "clock_steps": steps, "restarts": findings.take_joints(made), "marks": report.Listed(marks), "encoders": zeros, **of_record,
                "faults_not_listed": findings.not_listed, "messages": findings.messages,
                "faults": report.Listed(entry for stream in found for entry in report.fault_entries(stream, zero_ns))}  # fmt: skip
     return recording_text(made, columns), summary
