@@ -14,7 +14,7 @@ import time
 
 import pytest
 from pauses import Pauses
-from recording import SOURCE, Plug, Recording, counters, hold_up, ip, read_lines, switch
+from recording import SOURCE, Plug, Recording, counters, hold_up, ip, lines_of, read_lines, switch
 from talus.acquire_export import events as export_events
 from talus.acquire_export import record as export_record
 from trajectory import LIMITS, write_trajectory
@@ -38,7 +38,7 @@ def plug_in(name):
 
 
 def numbers_of(recording):
-    return [int.from_bytes(bytes.fromhex(line[3][:8]), "little") for line in read_lines(recording.log)]
+    return [int.from_bytes(bytes.fromhex(line[3][:8]), "little") for line in lines_of(recording.log)]
 
 
 def send_some(name, first, count):
