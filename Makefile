@@ -357,11 +357,12 @@ test: all test-programs
 
 check-long:
 	@tools/setup long
-	$(again) test-long
+	$(again) test-long MARKED='not builds and not alone' PYTEST_FLAGS='-n $(JOBS) --dist loadfile $(PYTEST_FLAGS)'
+	$(again) test-long MARKED='builds or alone'
 	$(again) test-rig
 
 test-long: all test-programs
-	$(Q)$(run_env) $(PYTHON) -m pytest -m 'long and not rig' $(PYTEST_FLAGS) $(TESTS)
+	$(Q)$(run_env) $(PYTHON) -m pytest -m 'long and not rig$(if $(MARKED), and ($(MARKED)))' $(PYTEST_FLAGS) $(TESTS)
 
 # Mutated records, events files and DBCs for the export (tests/test_export_fuzz.py). 100,000 take about 45 minutes.
 fuzz: SEED := 1
