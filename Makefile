@@ -144,7 +144,7 @@ module_of_talus-export-simulator := talus.exporting
 needs_of_talus-export-simulator := cffi, numpy, scipy, yaml
 module_of_talus-fleet := talus.fleet
 needs_of_talus-fleet := cffi, numpy, scipy, yaml
-all: library python-side programs $(PYTHON_PROGRAMS:%=$(BUILD)/bin/%)
+all: library python-side programs $(PYTHON_PROGRAMS:%=$(BUILD)/bin/%) $(BUILD)/python/compiled
 
 # talus-gap (tools/talus/diagnosis), talus-import (importing), talus-acquire-export (acquire_export), talus-fleet (fleet) and the files of
 # talus-export for simulators (exporting) are Python: what stands in bin/ finds an interpreter for it.
@@ -156,6 +156,12 @@ $(PYTHON_PROGRAMS:%=$(BUILD)/bin/%): tools/start.sh Makefile
 	@mkdir -p $(@D)
 	$(Q)$(call start_script,$(@F),$(CURDIR),$(abspath $(BUILD))) >$@.new
 	$(Q)chmod +x $@.new && mv $@.new $@
+
+# Compiled once: programs leave nothing beside their sources, and each start would compile them again.
+$(BUILD)/python/compiled: $(shell find tools/talus -name '*.py') $(wildcard $(VENV)/pyvenv.cfg)
+	@mkdir -p $(@D)
+	$(Q)test ! -x '$(PYTHON)' || '$(PYTHON)' -m compileall -q tools/talus
+	@touch $@
 
 # Holds the flags' hash and is touched only when it changes: whatever is linked
 # depends on it, so a change of flags links again from the right objects.
@@ -351,11 +357,12 @@ test: all test-programs
 
 check-long:
 	@tools/setup long
-	$(again) test-long
+	$(again) test-long MARKED='not builds and not alone' PYTEST_FLAGS='-n $(JOBS) --dist loadfile $(PYTEST_FLAGS)'
+	$(again) test-long MARKED='builds or alone'
 	$(again) test-rig
 
 test-long: all test-programs
-	$(Q)$(run_env) $(PYTHON) -m pytest -m 'long and not rig' $(PYTEST_FLAGS) $(TESTS)
+	$(Q)$(run_env) $(PYTHON) -m pytest -m 'long and not rig$(if $(MARKED), and ($(MARKED)))' $(PYTEST_FLAGS) $(TESTS)
 
 # Mutated records, events files and DBCs for the export (tests/test_export_fuzz.py). 100,000 take about 45 minutes.
 fuzz: SEED := 1
@@ -592,6 +599,7 @@ $(BUILD)/talus.pc: FORCE
 CLANG_FORMAT ?= clang-format
 clean:
 	rm -rf $(BUILD) compile_commands.json
+	find tools/talus -name __pycache__ -prune -exec rm -rf {} +
 
 format:
 	$(Q)$(CLANG_FORMAT) -i $(HEADERS) $(LIB_SOURCES) $(filter-out apps/leg_bus/generated/%,$(wildcard apps/*/*.[ch] apps/*/*/*.[ch])) $(wildcard lib/*.h lib/*/*.h tests/*.[ch] tests/*/*.[ch])

@@ -11,7 +11,7 @@ from support import BUILD, REPOSITORY
 from talus.acquire_export import record
 from uncured import DISK_RACE, RING_RACE, SANITIZED, uncured
 
-pytestmark = [pytest.mark.long, pytest.mark.release]
+pytestmark = [pytest.mark.long, pytest.mark.alone, pytest.mark.release]
 
 
 @pytest.fixture(scope="module")

@@ -18,6 +18,7 @@ In c and python, the next ```text block is what it prints.
 
 import os
 import re
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -87,12 +88,21 @@ def installed(tmp_path_factory):
             "LD_LIBRARY_PATH": str(library)}  # fmt: skip
 
 
-@pytest.fixture
-def folder(tmp_path):
-    """Where a page's blocks run: the repository's models, and recordings of an arm that was there before."""
-    (tmp_path / "models").symlink_to(REPOSITORY / "models")
+@pytest.fixture(scope="session")
+def arm(tmp_path_factory):
+    """Recordings of an arm that was there before."""
+    there = tmp_path_factory.mktemp("arm")
     for name, seed in (("arm.csv", 1), ("arm_again.csv", 2)):
-        run("talus-sim", "--model", REPOSITORY / "models/pendulum.yaml", "--out", tmp_path / name, "--seed", seed)
+        run("talus-sim", "--model", REPOSITORY / "models/pendulum.yaml", "--out", there / name, "--seed", seed)
+    return there
+
+
+@pytest.fixture
+def folder(arm, tmp_path):
+    """Where a page's blocks run: the repository's models, and recordings of its own, which it may change."""
+    (tmp_path / "models").symlink_to(REPOSITORY / "models")
+    for recording in arm.iterdir():
+        shutil.copy(recording, tmp_path)
     return tmp_path
 
 

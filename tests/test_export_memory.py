@@ -210,6 +210,7 @@ def test_memory_of_a_large_record(tmp_path, frames):
 
 
 @pytest.mark.long
+@pytest.mark.alone
 def test_a_gigabyte_of_nothing(tmp_path):
     """1 GiB of NUL in some megabytes of gzip: one line that says what it is not, in little memory and 10 s of processor time."""
     with gzip.open(tmp_path / "bomb.log.gz", "wb", compresslevel=1) as file:

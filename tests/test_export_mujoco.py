@@ -228,8 +228,8 @@ BEYOND = [[], *([(name, joint, values)] for name, joint, values in (  # the plai
     ("gravity_tilt", "base", {}),
     ("current_offset", "knee", {}),
 ))]  # fmt: skip
-SHOWN = ("delay", "encoder_eccentricity")  # no motion feels them: talus.mujoco.Runtime.shown has them
-LOST = ("base_compliance", "sensor_offset")  # and so says the loss report
+SHOWN = ("delay", "encoder_eccentricity", "sensor_offset")  # no motion feels them: talus.mujoco.Runtime.shown has them
+LOST = ("base_compliance",)  # and so says the loss report
 
 
 def test_every_effect_stands_in_one_list_and_the_loss_report_agrees():
@@ -302,3 +302,35 @@ def test_encoders_err_as_those_of_the_simulated_bench(tmp_path):
         for column in ("knee_motor_rad", "ankle_motor_rad", "ankle_joint_rad"):
             assert mine.shown()[column] == pytest.approx(recorded[column][row], abs=1e-9)
         assert abs(mine.shown()["ankle_joint_rad"] - plain.shown()["ankle_joint_rad"]) > 1e-3
+
+
+PAYLOAD = ((1.5, 0.7, 0.3), (0.6, 2.3, 1.0))  # Nm, Hz, rad: what else pushes at the joint
+
+
+def loaded(model, seconds=8.0, step_s=5e-4, every=8):
+    """(columns that the Runtime shows of an arm, pushed by its drive and by something else; what that something was)"""
+    simulated = runtime.load(model)
+    simulated.opt.timestep = step_s
+    data, rows, pushed = mujoco.MjData(simulated), [], []
+    with runtime.Runtime(model, simulated, data) as mine:
+        for k in range(round(seconds / step_s)):
+            data.ctrl[:] = push(model.plant, data.time)
+            data.qfrc_applied[0] = sum(size * np.sin(2 * np.pi * hz * data.time + phase) for size, hz, phase in PAYLOAD)
+            if k % every == 0:
+                mujoco.mj_forward(simulated, data)
+                rows.append({"time_s": data.time, **mine.shown()})
+                pushed.append(data.qfrc_applied[0])
+            mine.step()
+    return {name: np.array([row[name] for row in rows]) for name in rows[0]}, np.array(pushed)
+
+
+@pytest.mark.parametrize("others", [[], [("stribeck", "joint", {}), ("cogging", "joint", {}), ("torque_constant", "joint", {"excess": 0.1})]], ids=name_of)
+def test_a_sensor_at_the_output_shows_what_else_pushes_and_its_zero(others):
+    """To the last digits, also while the joint sticks; and as the library predicts it, which knows no payload."""
+    model = model_of("pendulum", [*others, ("sensor_offset", "joint", {"offset_Nm": 0.3})])
+    columns, pushed = loaded(model)
+    np.testing.assert_allclose(columns["joint_load_Nm"], 0.3 - pushed, atol=1e-9)
+    recording = talus.Recording({name: columns[name] for name in ("time_s", "joint_rad", "joint_current_A", "joint_load_Nm")})
+    off = talus.score(model, recording, talus.predict(model, recording))["joint"]
+    without = model_of("pendulum", others)
+    assert off["rms"] < 0.02 and talus.score(without, recording, talus.predict(without, recording))["joint"]["rms"] == pytest.approx(0.3, rel=0.1)

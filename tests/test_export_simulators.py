@@ -24,7 +24,7 @@ HELD = {
     "stribeck": "CAAEA", "load_friction": "CAAAA", "asymmetric_friction": "CLLLL", "nonlinear_viscous": "EAAAA",
     "position_friction": "CAAAA", "friction_drift": "CAAAA", "directional_efficiency": "CAAAA", "kinematic_error": "CLLLL",
     "cogging": "CLLLL", "torque_saturation": "CLLLL", "current_offset": "ELLLL", "gravity_tilt": "ELLLL",
-    "parallel_spring": "ELELL", "torque_constant": "ELLLL", "sensor_offset": "LLLLL", "delay": "CLLLL",
+    "parallel_spring": "ELELL", "torque_constant": "ELLLL", "sensor_offset": "CLLLL", "delay": "CLLLL",
     "encoder_eccentricity": "CLLLL", "linkage_error": "CLLLL", "presliding": "CLLLL", "elasticity": "ELLLL",
     "backlash": "CLLLL", "base_compliance": "LLLLL",
 }  # fmt: skip

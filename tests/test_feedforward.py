@@ -30,7 +30,7 @@ def bench(folder, effect=None):
     truth, recording = folder / "truth.yaml", folder / "bench.csv"
     hidden = f"effects:\n  - {{effect: {effect}, joint: {HIDDEN[effect][0]}, parameters: {HIDDEN[effect][1]}}}\n" if effect else ""
     truth.write_text((MODELS / "leg_bench.yaml").read_text() + hidden)
-    run("talus-sim", "--model", truth, "--out", recording, "--duration", 60)
+    run("talus-sim", "--model", truth, "--out", recording, "--duration", 40)
     return truth, recording
 
 

@@ -103,6 +103,17 @@ def test_recordings_of_a_session_make_one_diagnosis(recordings, tmp_path, capsys
     assert (own / "gap.json").read_bytes() == (tmp_path / "gap.json").read_bytes()
 
 
+def test_the_longest_recordings_come_first(tmp_path, monkeypatch):
+    """So that the last ones to end are short; of equal length they stay in the table's order."""
+    for name, rows in (("short", 1), ("long", 3), ("middle", 2), ("also_long", 3)):
+        (tmp_path / f"{name}.csv").write_text("1,2\n" * rows)
+    (tmp_path / "fleet.csv").write_text(HEADER + "".join(f"{name}.csv,m.yaml,{name},2026-03-01,20\n" for name in ("short", "long", "gone", "middle", "also_long")))
+    asked = []
+    monkeypatch.setattr(pool, "outcomes", lambda items, *_: asked.extend(one.robot for one in items) or ())
+    command.main(["run", str(tmp_path / "fleet.csv"), "--out", str(tmp_path / "out"), "--quiet"])
+    assert asked == ["long", "also_long", "middle", "short", "gone"]
+
+
 # ---- processes that die, and what the scheduler holds --------------------------------
 
 

@@ -11,7 +11,7 @@ from support import BUILD, REPOSITORY, run
 
 from talus.known import fleet
 
-pytestmark = [pytest.mark.long, pytest.mark.release]
+pytestmark = [pytest.mark.long, pytest.mark.alone, pytest.mark.release]
 COUNT, PART = 80, "2/8"
 
 

@@ -9,7 +9,7 @@ from browser import PROGRAM, Browser
 from support import REPOSITORY, run
 from test_gap_command import simulate
 
-pytestmark = pytest.mark.long
+pytestmark = [pytest.mark.long, pytest.mark.alone]  # Chromium is given so many seconds to answer
 
 LEG = REPOSITORY / "models/leg.yaml"
 HIDDEN = {("nonlinear_viscous", "knee"): {"size_Nm": 0.25, "exponent": 2.0}}

@@ -1,5 +1,5 @@
-"""What talus-gap takes: memory on a labelled case and on long recordings, of which it looks at stretches; and the same bytes
-however many processes work on the replicates."""
+"""What talus-gap takes: memory on long recordings, of which it looks at stretches (on labelled cases: test_gap_cases.py); and the
+same bytes however many processes work on the replicates."""
 
 import os
 import shutil
@@ -10,11 +10,10 @@ import gap_in_process as in_process
 import numpy as np
 import pytest
 import talus
-from support import BUILD, REPOSITORY, data, needs_data, run
+from support import BUILD, REPOSITORY, run
 from talus.diagnosis.gate import excerpt
 from talus.diagnosis.torque_terms import TorqueTerms
 
-LARGEST_KB = 150_000
 PENDULUM = REPOSITORY / "models" / "pendulum.yaml"
 # a small process between: what this one holds would count as its child's
 PEAK = "import resource, subprocess, sys; subprocess.run(sys.argv[1:], check=True); print(resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss)"
@@ -32,13 +31,6 @@ def peak_kb(*arguments):
     return int(done.stdout.split()[-1])
 
 
-@needs_data
-def test_a_labelled_case_stays_small(tmp_path):
-    case = data("leg_cases") / "case_019"
-    recordings = [case / f"train{k}.csv.gz" for k in (1, 2, 3)]
-    assert peak_kb("--model", case / "model.yaml", "--report", tmp_path / "gap.json", *recordings) < LARGEST_KB
-
-
 @pytest.fixture(scope="module")
 def recorded(tmp_path_factory):
     path = tmp_path_factory.mktemp("cost") / "arm.csv"
@@ -46,16 +38,23 @@ def recorded(tmp_path_factory):
     return path
 
 
+def written(folder, recording, processes, threads):
+    """Bytes of the report and of the model file."""
+    options = ["--quiet", "--model", PENDULUM, "--report", folder / "gap.json", "--save-model", folder / "f.yaml", recording]
+    environment = {**os.environ, "PYTHONPATH": str(REPOSITORY / "tools"), "TALUS_BUILD": str(BUILD), "OPENBLAS_NUM_THREADS": str(threads)}
+    subprocess.run([sys.executable, "-c", WITH_PROCESSES, *map(str, (processes, *options))], check=True, env=environment)
+    return [(folder / name).read_bytes() for name in ("gap.json", "f.yaml")]
+
+
+@pytest.fixture(scope="module")
+def by_one_process(recorded, tmp_path_factory):
+    return written(tmp_path_factory.mktemp("one"), recorded, 1, 1)
+
+
 @pytest.mark.parametrize(("processes", "threads"), [(2, 3), (4, 1)])
-def test_any_number_of_processes_and_threads_gives_the_same_bytes(recorded, processes, threads, tmp_path):
+def test_any_number_of_processes_and_threads_gives_the_same_bytes(recorded, by_one_process, processes, threads, tmp_path):
     """Threads are those of NumPy's linear algebra; talus-gap asks for one."""
-    found = []
-    for number, most in ((1, 1), (processes, threads)):
-        options = ["--quiet", "--model", PENDULUM, "--report", tmp_path / "gap.json", "--save-model", tmp_path / "f.yaml", recorded]
-        environment = {**os.environ, "PYTHONPATH": str(REPOSITORY / "tools"), "TALUS_BUILD": str(BUILD), "OPENBLAS_NUM_THREADS": str(most)}
-        subprocess.run([sys.executable, "-c", WITH_PROCESSES, *map(str, (number, *options))], check=True, env=environment)
-        found.append([(tmp_path / name).read_bytes() for name in ("gap.json", "f.yaml")])
-    assert found[0] == found[1]
+    assert written(tmp_path, recorded, processes, threads) == by_one_process
 
 
 # ---- stretches of long recordings ------------------------------------------------------

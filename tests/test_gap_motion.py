@@ -1,6 +1,5 @@
 """tools/talus/diagnosis/motion.py: the motion gap against the library's simulation of the truth, and its windows."""
 
-import json
 import os
 from types import SimpleNamespace
 
@@ -9,7 +8,7 @@ import pytest
 import yaml
 from gap_in_process import recorded
 from scipy.integrate import solve_ivp
-from support import BUILD, REPOSITORY, data, needs_data, run
+from support import BUILD, REPOSITORY, run
 
 import talus
 from talus import check, ffi, lib
@@ -54,7 +53,7 @@ class Twin:
         self.effects, recording = effects, folder / "leg.csv"
         run("talus-sim", "--model", write_truth(folder, effects), "--out", recording, "--duration", 40)
         dataset, self.identified = recorded(LEG, folder, recording)
-        self.search, fit = search(dataset, list(self.identified.base.values()))
+        self.search, fit = search(dataset, list(self.identified.base.values()), replicated=False)
         self.fit = judge(self.search, fit).fit
         self.before = figures.Residuals(self.search, [])
         self.after = figures.Residuals(self.search, self.fit.chosen)
@@ -179,25 +178,3 @@ def test_a_recording_that_ends_has_no_window_beyond():
     assert list(motion.Windows(processed).starts) == [0, 26]
     processed.kind[0][30] = 0
     assert list(motion.Windows(processed).starts) == [0, 31]
-
-
-# ---- the report --------------------------------------------------------------------
-
-
-@needs_data
-def test_a_motion_that_is_not_the_drives_has_no_figure(tmp_path):
-    run("talus-gap", "--model", data("ak80_9_dyno/model.yaml"), "--report", tmp_path / "g.json",
-        data("ak80_9_dyno/ak80_A_test_1.csv"))  # fmt: skip
-    assert json.loads((tmp_path / "g.json").read_text())["motion"] == {}
-
-
-@needs_data
-def test_real_joints_have_figures_that_shrink(tmp_path):
-    for name, unit in (("ur10e_joints/ur10e_joint_1", "rad"), ("emps/emps_identification", "m")):
-        recording = data(f"{name}.csv")
-        run("talus-gap", "--model", recording.parent / "model.yaml", "--report", tmp_path / "g.json", recording)
-        report = json.loads((tmp_path / "g.json").read_text())
-        (entry,) = report["motion"].values()
-        assert entry["unit"] == unit
-        if report["effects"]:
-            assert entry["extended_rms"] < entry["identified_rms"]

@@ -30,10 +30,23 @@ def outcomes(tmp_path_factory):
     return {case.name: outcome(case, folder / f"{case.name}.out.csv") for case in cases(folder)}
 
 
+def within(*arguments):
+    """(status, printed, said) of the program within this process: a start takes half a second. Some of each kind are started: what a
+    library writes past Python is seen from outside alone."""
+    with contextlib.redirect_stdout(io.StringIO()) as printed, contextlib.redirect_stderr(io.StringIO()) as said:
+        status = command.main([str(argument) for argument in arguments])
+    return status, printed.getvalue(), said.getvalue()
+
+
+def imported(*arguments):
+    """(printed, said) of what goes well."""
+    status, *words = within(*arguments)
+    assert status == 0, words
+    return words
+
+
 def outcome(case, out):
-    with contextlib.redirect_stderr(io.StringIO()) as stream:  # in this process: a start takes a second
-        status = command.main(["--suggest", "--out", str(out), *map(str, case.paths)])
-    said = stream.getvalue()
+    status, _, said = within("--suggest", "--out", out, *case.paths)
     assert status in (0, 2)
     if status == 2:
         assert len(said.splitlines()) == 1 and said.startswith("talus-import: ") and not out.exists()
@@ -97,8 +110,8 @@ def test_a_suggested_map_is_taken_back(tmp_path):
     done = run("talus-import", "--suggest", tmp_path / "log.csv")
     (tmp_path / "map.yaml").write_text(done.stdout)
     assert done.stdout.count("# unsure: ") == done.stderr.count("unsure: ") == 3
-    run("talus-import", "--map", tmp_path / "map.yaml", "--out", tmp_path / "a.csv", tmp_path / "log.csv")
-    run("talus-import", "--suggest", "--out", tmp_path / "b.csv", tmp_path / "log.csv")
+    imported("--map", tmp_path / "map.yaml", "--out", tmp_path / "a.csv", tmp_path / "log.csv")
+    imported("--suggest", "--out", tmp_path / "b.csv", tmp_path / "log.csv")
     assert (tmp_path / "a.csv").read_bytes() == (tmp_path / "b.csv").read_bytes()
 
 
@@ -125,7 +138,7 @@ def test_identified_from_the_import_is_identified_from_the_original(tmp_path, ki
         pyarrow.parquet.write_table(pyarrow.table(columns), path)
     else:
         write_mdf(path, [[(name, "", columns["time_s"], values) for name, values in columns.items() if name != "time_s"]])
-    run("talus-import", "--out", tmp_path / "rec.csv", path)
+    imported("--out", tmp_path / "rec.csv", path)
     for name in ("arm", "rec"):
         run("talus-identify", "--model", model, "--out", tmp_path / f"{name}.yaml", tmp_path / f"{name}.csv")
     one, other = (talus.Model.read(tmp_path / f"{name}.yaml").parameters for name in ("arm", "rec"))
@@ -165,7 +178,7 @@ def test_an_element_of_a_list_or_a_matrix_is_taken_by_its_number(tmp_path, suffi
     else:
         scipy.io.savemat(path, {"timestamp": x.t, "observation": {"state": state}})
     maps = ["--map", "time_s=timestamp:s", "--map", "joint_current_A=observation.state[0]:A"]
-    run("talus-import", "--plant", "pendulum", *maps, "--map", "joint_rad=observation.state[1]:rad", "--out", tmp_path / "r.csv", path)
+    imported("--plant", "pendulum", *maps, "--map", "joint_rad=observation.state[1]:rad", "--out", tmp_path / "r.csv", path)
     got = talus.Recording.read(tmp_path / "r.csv").columns
     assert got["joint_rad"] == pytest.approx(x.q, abs=1e-12) and got["joint_current_A"] == pytest.approx(x.i, abs=1e-12)
     bare = run("talus-import", "--plant", "pendulum", *maps, "--map", "joint_rad=observation.state:rad", "--out", tmp_path / "b.csv", path, status=2)
@@ -178,12 +191,12 @@ def test_a_name_that_stands_twice_is_told_apart_by_its_unit_or_its_number(tmp_pa
     x, out = truth(), tmp_path / "r.csv"
     (tmp_path / "log.csv").write_text(table(["time_s", "angle_deg", "angle_rad", "current_A"], [x.t, np.degrees(x.q) + 7, x.q, x.i], digits=15))
     rest = ["--map", "joint_current_A=current_A:A", "--out", out, tmp_path / "log.csv"]
-    refused("joint_rad: 'angle' is more than one column; expected one of angle (1) [deg], angle (2) [rad]", "--map", "time_s=time_s:s", "--map", "joint_rad=angle:rad", *rest)
+    refused_within("joint_rad: 'angle' is more than one column; expected one of angle (1) [deg], angle (2) [rad]", "--map", "time_s=time_s:s", "--map", "joint_rad=angle:rad", *rest)
     assert not out.exists()
     for name in ("angle_rad", "angle [rad]", "angle (2)", "angle (2) [rad]"):
-        run("talus-import", "--map", "time_s=time:s", "--map", f"joint_rad={name}:rad", *rest)
+        imported("--map", "time_s=time:s", "--map", f"joint_rad={name}:rad", *rest)
         assert talus.Recording.read(out).columns["joint_rad"] == pytest.approx(x.q, abs=1e-12)
-    said = run("talus-import", "--suggest", "--out", out, tmp_path / "log.csv").stderr
+    _, said = imported("--suggest", "--out", out, tmp_path / "log.csv")
     assert "unsure: joint_rad: angle (1) is taken, the first that fits; it may be angle (2)" in said
 
 
@@ -196,7 +209,7 @@ def test_lists_of_a_table_keep_their_names_and_their_holes(tmp_path):
     columns = [pyarrow.array(x.t), pyarrow.array(state, kind), pyarrow.array([[i] for i in x.i])]
     pyarrow.parquet.write_table(pyarrow.Table.from_arrays(columns, schema=pyarrow.schema(fields)), tmp_path / "log.parquet")
     maps = ["--map", "time_s=timestamp:s", "--map", "joint_rad=state[1]", "--map", "joint_current_A=effort[0]:A"]
-    run("talus-import", *maps, "--out", tmp_path / "r.csv", tmp_path / "log.parquet")
+    imported(*maps, "--out", tmp_path / "r.csv", tmp_path / "log.parquet")
     there, got = np.arange(N) != hole, talus.Recording.read(tmp_path / "r.csv").columns
     assert got["time_s"] == pytest.approx(x.t[there], abs=1e-12) and got["joint_rad"] == pytest.approx(x.q[there], abs=1e-12)
     assert got["joint_current_A"] == pytest.approx(x.i[there], abs=1e-12)
@@ -216,12 +229,12 @@ def test_what_is_drafted_of_a_list_or_a_matrix_is_doubted_and_taken_back(tmp_pat
         with h5py.File(path, "w") as file:
             file["timestamp"], file["position"], file["current_A"] = x.t, angles.T, x.i  # as MATLAB 7.3 lays a matrix
             file["position"].attrs["unit"] = "rad"
-    done = run("talus-import", "--suggest", path)
-    assert "unsure: joint_rad: position[0] is taken, the first that fits; it may be position[1]" in done.stderr
-    assert "source: position[0]\n    unit: rad" in done.stdout and "joint_rad: position[0]: its header has no unit" not in done.stderr
+    printed, said = imported("--suggest", path)
+    assert "unsure: joint_rad: position[0] is taken, the first that fits; it may be position[1]" in said
+    assert "source: position[0]\n    unit: rad" in printed and "joint_rad: position[0]: its header has no unit" not in said
     for number in (0, 1):
-        (tmp_path / "map.yaml").write_text(done.stdout.replace("source: position[0]", f"source: position[{number}]"))
-        run("talus-import", "--map", tmp_path / "map.yaml", "--out", tmp_path / "r.csv", path)
+        (tmp_path / "map.yaml").write_text(printed.replace("source: position[0]", f"source: position[{number}]"))
+        imported("--map", tmp_path / "map.yaml", "--out", tmp_path / "r.csv", path)
         assert talus.Recording.read(tmp_path / "r.csv").columns["joint_rad"] == pytest.approx(angles[:, number], abs=1e-12)
 
 
@@ -329,9 +342,19 @@ BAD = {
 }
 
 
+def check_refusal(words, said):
+    assert len(said.splitlines()) == 1 and said.startswith("talus-import: ") and words in said, said
+
+
 def refused(words, *arguments):
-    done = run("talus-import", *arguments, status=2)
-    assert len(done.stderr.splitlines()) == 1 and done.stderr.startswith("talus-import: ") and words in done.stderr, done.stderr
+    check_refusal(words, run("talus-import", *arguments, status=2).stderr)
+
+
+def refused_within(words, *arguments):
+    """What no library has a word in."""
+    status, _, said = within(*arguments)
+    assert status == 2
+    check_refusal(words, said)
 
 
 @pytest.mark.parametrize("name", BAD)
@@ -348,19 +371,19 @@ def test_bad_usage_and_bad_maps(tmp_path):
     path, out = tmp_path / "in.csv", tmp_path / "rec.csv"
     path.write_text(GOOD)
     refused("--out is missing", path)
-    refused("no file to import", "--out", out)
-    refused("is an input and an output", "--out", path, path)
-    refused("--plant: expected", "--out", out, "--plant", "dog", path)
-    refused("No such file", "--out", out, tmp_path / "absent.csv")
-    refused("expected MAP.yaml or COLUMN=SOURCE:UNIT", "--out", out, "--map", "x=", path)
-    refused("is no column of a recording", "--out", out, "--map", "wheel=q:deg", path)
-    refused("there is no column 'q'", "--out", out, "--map", "joint_rad=q:deg", "--map", "time_s=time:s", path)
-    refused("'A' is no unit for it", "--out", out, "--map", "joint_rad=joint:A", "--map", "time_s=time:s", path)
+    refused_within("no file to import", "--out", out)
+    refused_within("is an input and an output", "--out", path, path)
+    refused_within("--plant: expected", "--out", out, "--plant", "dog", path)
+    refused_within("No such file", "--out", out, tmp_path / "absent.csv")
+    refused_within("expected MAP.yaml or COLUMN=SOURCE:UNIT", "--out", out, "--map", "x=", path)
+    refused_within("is no column of a recording", "--out", out, "--map", "wheel=q:deg", path)
+    refused_within("there is no column 'q'", "--out", out, "--map", "joint_rad=q:deg", "--map", "time_s=time:s", path)
+    refused_within("'A' is no unit for it", "--out", out, "--map", "joint_rad=joint:A", "--map", "time_s=time:s", path)
     for text, words in (("columns: [", "is no YAML"), ("[]", "expected columns"), ("columns: {joint_rad: {source: q, colour: red}}", "unknown key colour"),
                         ("columns: {joint_rad: {source: q, sign: 2}}", "expected sign 1 or -1"), ("columns: {joint_rad: {source: q}}\nx: 1", "unknown key x"),
                         ("plant: dog\ncolumns: {joint_rad: {source: joint}}", "plant: expected"), ("columns: {joint_rad: 7}", "joint_rad: expected source")):  # fmt: skip
         (tmp_path / "map.yaml").write_text(text)
-        refused(words, "--out", out, "--map", tmp_path / "map.yaml", path)
+        refused_within(words, "--out", out, "--map", tmp_path / "map.yaml", path)
 
 
 def test_mutated_files_never_end_in_a_traceback(tmp_path):
@@ -453,7 +476,7 @@ def test_where_one_group_of_an_mdf_pauses_is_a_gap(tmp_path, lost, whole):
     x, there = TURNING, np.ones(N, bool)
     there[500 : 500 + lost] = False
     write_mdf(tmp_path / "in.mf4", [[ANGLE], [("current", "A", x.t[there], x.i[there])]])
-    run("talus-import", "--out", tmp_path / "rec.csv", tmp_path / "in.mf4")
+    imported("--out", tmp_path / "rec.csv", tmp_path / "in.mf4")
     got, kept = talus.Recording.read(tmp_path / "rec.csv").columns, there | whole
     assert got["time_s"] == pytest.approx(x.t[kept], abs=1e-12) and got["joint_rad"] == pytest.approx(x.q[kept], abs=1e-12)
     assert got["joint_current_A"][there[kept]] == pytest.approx(x.i[there], abs=1e-12)
@@ -472,9 +495,9 @@ def test_the_clocks_of_an_mdf_are_files_of_the_map(tmp_path):
     x, slow = TURNING, slice(None, None, 4)
     write_mdf(tmp_path / "in.mf4", [[("x", "", x.t, x.q), ("y", "", x.t, x.i)], [("x", "", x.t[slow], x.i[slow])]])
     arguments = ["--out", tmp_path / "rec.csv", tmp_path / "in.mf4"]
-    refused("'x' stands in 2 files", "--map", "joint_rad=x:rad", "--map", "joint_current_A=y:A", *arguments)
+    refused_within("'x' stands in 2 files", "--map", "joint_rad=x:rad", "--map", "joint_current_A=y:A", *arguments)
     (tmp_path / "map.yaml").write_text("columns: {joint_rad: {source: x, unit: rad, file: 1}, joint_current_A: {source: x, unit: A, file: 2}}")
-    run("talus-import", "--map", tmp_path / "map.yaml", *arguments)
+    imported("--map", tmp_path / "map.yaml", *arguments)
     got = talus.Recording.read(tmp_path / "rec.csv").columns
     assert got["joint_rad"] == pytest.approx(x.q[: N - 3], abs=1e-12)
     assert got["joint_current_A"] == pytest.approx(np.interp(x.t[: N - 3], x.t[slow], x.i[slow]), abs=1e-12)
@@ -486,8 +509,8 @@ def test_motion_is_looked_at_across_the_clocks_of_an_mdf(tmp_path, sign, speed, 
     write_mdf(tmp_path / "in.mf4", [[("current", "A", x.t[slow], sign * x.i[slow])], [ANGLE], [("speed", "rad/s", x.t[::2], speed * x.v[::2])]])
     arguments = ["--out", tmp_path / "rec.csv", tmp_path / "in.mf4"]
     if words:
-        refused(words, *arguments)
-    run("talus-import", "--suggest", *arguments)
+        refused_within(words, *arguments)
+    imported("--suggest", *arguments)
 
 
 @pytest.mark.parametrize("name", ["in.mf4", "in.zip", "in.gzip"])

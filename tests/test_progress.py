@@ -78,7 +78,8 @@ def test_gap_shows_percent(tmp_path):
     percents = [int(percent) for _, percent in DRAWN.findall(said)]
     assert percents == sorted(percents) and percents[0] == 0 and percents[-1] >= 85 and len(set(percents)) >= 8
     assert "\r" not in piped.stderr and what_stays(said) == piped.stderr
-    assert not DRAWN.search(on_terminal("talus-gap", "--quiet", *arguments))
+    assert DRAWN.search(on_terminal("talus-gap", "--quick", *arguments))
+    assert not DRAWN.search(on_terminal("talus-gap", "--quick", "--quiet", *arguments))
 
 
 def test_a_part_of_a_stage_lies_between_it_and_the_next(monkeypatch):

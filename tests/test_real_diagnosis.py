@@ -1,6 +1,8 @@
-"""Diagnosis of real recordings: docs/diagnosis.md has a table of verdicts and errors, and this runs it."""
+"""Diagnosis of real recordings: docs/diagnosis.md has a table of verdicts and errors, and this runs it; and what else a report says of
+them. Each is diagnosed once."""
 
 import csv
+import functools
 import json
 import re
 
@@ -45,14 +47,26 @@ def error_percent(model, recording, prediction):
     return score(t, measured, prediction[name], speed, recording.get("valid"), **model.get("score", {}))[2]
 
 
-def diagnose(folder, name, tmp_path):
-    """(GAP.json, error of the saved model on the same recording in percent)"""
-    recording, report = data(f"{FOLDERS[folder]}/{name}.csv"), tmp_path / "gap.json"
-    model = model_of(folder, name, tmp_path / "m.yaml")
-    run("talus-gap", "--quiet", "--model", tmp_path / "m.yaml", "--report", report, "--save-model", tmp_path / "f.yaml",
-        recording)  # fmt: skip
-    run("talus-predict", "--model", tmp_path / "f.yaml", "--out", tmp_path / "p.csv", recording)
-    return json.loads(report.read_text()), error_percent(model, columns(recording), columns(tmp_path / "p.csv"))
+@pytest.fixture(scope="module")
+def diagnosed(tmp_path_factory):
+    """(set, recording) -> (where its files are, GAP.json)"""
+
+    @functools.cache
+    def of(folder, name):
+        there = tmp_path_factory.mktemp(name)
+        model_of(folder, name, there / "m.yaml")
+        run("talus-gap", "--quiet", "--model", there / "m.yaml", "--report", there / "gap.json", "--save-model", there / "f.yaml",
+            data(f"{FOLDERS[folder]}/{name}.csv"))  # fmt: skip
+        return there, json.loads((there / "gap.json").read_text())
+
+    return of
+
+
+def error_of_saved(folder, name, there):
+    """Of the saved model on the same recording, in percent."""
+    recording = data(f"{FOLDERS[folder]}/{name}.csv")
+    run("talus-predict", "--model", there / "f.yaml", "--out", there / "p.csv", recording)
+    return error_percent(yaml.safe_load((there / "m.yaml").read_text()), columns(recording), columns(there / "p.csv"))
 
 
 def test_the_table_has_every_set():
@@ -61,8 +75,8 @@ def test_the_table_has_every_set():
 
 @needs_data
 @pytest.mark.parametrize(("folder", "name", "verdict", "probability", "effects", "before", "after", "saved"), rows())
-def test_a_row_of_the_table(folder, name, verdict, probability, effects, before, after, saved, tmp_path):
-    found, error = diagnose(folder, name, tmp_path)
+def test_a_row_of_the_table(folder, name, verdict, probability, effects, before, after, saved, diagnosed):
+    there, found = diagnosed(folder, name)
     assert found["verdict"]["effect"] == verdict
     assert found["verdict"]["probability"] == pytest.approx(float(probability), abs=0.02)
     listed = [] if effects.strip() == "none" else effects.replace("`", "").replace(" ", "").split(",")
@@ -70,7 +84,30 @@ def test_a_row_of_the_table(folder, name, verdict, probability, effects, before,
     gap = next(iter(found["gap"].values()))
     for figure, want in (("identified_rms", before), ("extended_rms", after)):
         assert 100 * gap[figure] / gap["measured_rms"] == pytest.approx(float(want), abs=0.06), figure
-    assert error == pytest.approx(float(saved), abs=0.06)
+    assert error_of_saved(folder, name, there) == pytest.approx(float(saved), abs=0.06)
+
+
+@needs_data
+def test_a_motion_that_is_not_the_drives_has_no_figure(diagnosed):
+    assert diagnosed("ak80", "ak80_A_test_1")[1]["motion"] == {}
+
+
+@needs_data
+@pytest.mark.parametrize(("folder", "name", "unit"), [("ur10e", "ur10e_joint_1", "rad"), ("emps", "emps_identification", "m")])
+def test_real_joints_have_figures_that_shrink(folder, name, unit, diagnosed):
+    _, found = diagnosed(folder, name)
+    (entry,) = found["motion"].values()
+    assert entry["unit"] == unit
+    if found["effects"]:
+        assert entry["extended_rms"] < entry["identified_rms"]
+
+
+@needs_data
+def test_the_next_experiment_of_single_joints_and_of_sensors_at_the_output(diagnosed):
+    there, _ = diagnosed("emps", "emps_identification")
+    assert (there / "gap.next.csv").read_text().splitlines()[1] == "time_s,slider_m"
+    _, found = diagnosed("ak80", "ak80_A_test_1")
+    assert found["next_experiment"]["trajectory"] is None and "mass" in found["next_experiment"]["why"]
 
 
 @needs_data
@@ -89,9 +126,9 @@ def test_a_joint_whose_low_pass_cannot_be_halved_has_no_cause_that_is_likelier_t
 
 
 @needs_data
-def test_the_zero_of_a_sensor_is_told_with_its_size(tmp_path):
+def test_the_zero_of_a_sensor_is_told_with_its_size(diagnosed):
     """embir's README has -0.044 Nm at the sensor; the model takes it from the drive, so with the other sign."""
-    found, _ = diagnose("embir", "embir_stall_27_04_2021_16-59-45", tmp_path)
+    _, found = diagnosed("embir", "embir_stall_27_04_2021_16-59-45")
     (why,) = (one["why"] for one in found["not_observable"] if one["effect"] == "sensor_offset")
     assert float(why.rpartition(" to ")[2]) == pytest.approx(0.044, rel=0.2)
 

@@ -1,6 +1,7 @@
 """House rules that a tool can check: short functions, small folders, whole headers, no warnings."""
 
 import ast
+import functools
 import re
 import subprocess
 from collections import Counter
@@ -49,12 +50,14 @@ def compile_quietly(*command):
     assert done.returncode == 0, done.stderr
 
 
+@functools.cache
 def c_functions(source):
     """{name: lines} of a file in C."""
     functions = lizard.analyze_file(str(REPOSITORY / source)).function_list
     return {f.name: f.end_line - f.start_line + 1 for f in functions}
 
 
+@functools.cache
 def python_functions(source):
     """{name: lines} of a file in Python, decorators left out; functions within functions count by themselves, too."""
     kinds = (ast.FunctionDef, ast.AsyncFunctionDef)

@@ -85,7 +85,8 @@ class Runtime:
             drive.act()
 
     def shown(self) -> dict[str, float]:
-        """What the recording's columns show now: encoders with their errors, currents as late as they are."""
+        """What the recording's columns show now: encoders with their errors, currents as late as they are; a torque sensor at the
+        output, with its zero, as it was at MuJoCo's last evaluation (mj_forward makes one)."""
         out: dict[str, float] = {}
         for drive in self._joints:
             out.update(drive.shown())
@@ -115,6 +116,10 @@ class _Drive:
         self.z_from = float(runtime.data.qpos[self.q_at])
         self.late: list[tuple[float, float]] = []
         self.motor_Nm = 0.0
+        self.has_load = self.twist_at is None and model.facts.sensors.load != lib.TL_CHANNEL_COUNT
+        self.given_Nm, self.q_given = 0.0, self.z_from
+        self.own = self._frictionless() if self.has_load else model
+        self.load_offset_Nm = sum(float(e.value[0]) for e in self.effects if e.kind.needs_load_sensor and e.kind.acts == lib.TL_EFFECT_MEASURED)
 
     def _plant(self) -> Any:
         """The model with the linkage as it truly is."""
@@ -125,6 +130,13 @@ class _Drive:
             check(lib.tl_effect_change_linkage(change, ffi.addressof(plant.drive[self.number], "transmission"), changed))
             plant.drive[self.number].transmission = changed[0]
         return plant
+
+    def _frictionless(self) -> Model:
+        """Inertia and gravity of the joint alone."""
+        own = self.model.copy()
+        own.effects = []
+        own.set_parameters(coulomb_Nm=0.0, viscous_Nms_rad=0.0, torque_offset_Nm=0.0)
+        return own
 
     def _take_over(self, m: Any) -> None:
         m.dof_damping[self.v_at], m.jnt_stiffness[self.id] = 0.0, 0.0
@@ -153,7 +165,8 @@ class _Drive:
         torque, level = self._solve(now, push)
         memory = self.change.memory_Nm
         level += drive.coulomb_Nm - memory
-        d.qfrc_passive[self.v_at] += push - torque - memory * self._z(now.q) + self._rotor(now)
+        self.given_Nm, self.q_given = push - torque - memory * self._z(now.q) + self._rotor(now), float(now.q)
+        d.qfrc_passive[self.v_at] += self.given_Nm
         self._set_level(max(level, FLOOR_Nm))
         if self.spring is not None and self.twist_at is not None:
             loss = ffi.new("double *")
@@ -269,7 +282,16 @@ class _Drive:
             channel = getattr(facts.sensors, kind)[self.number]
             if channel != lib.TL_CHANNEL_COUNT:
                 out[ffi.string(lib.tl_channel_name(channel)).decode()] = value
+        if self.has_load:
+            out[ffi.string(lib.tl_channel_name(sensors.load)).decode()] = self._load_Nm() + self.load_offset_Nm
         return out
+
+    def _load_Nm(self) -> float:
+        """What the joint delivers to whatever else pushes or hangs there: its drive's torque less friction, inertia and gravity of its own."""
+        d = self.runtime.data
+        friction = d.efc_force[(d.efc_type == mj.mjtConstraint.mjCNSTR_FRICTION_DOF) & (d.efc_id == self.v_at)]
+        (own,) = self.own.inverse(q=[self.q_given], v=[0.0], a=[float(d.qacc[self.v_at])])
+        return self.given_Nm + float(np.sum(friction)) - float(own)
 
     def _shown_torque(self) -> float:
         """The control as the current shows it: what was asked `delay_s` earlier."""

@@ -17,7 +17,7 @@ FORCES = "talus.mujoco.Runtime.forces"
 SHOWN = "talus.mujoco.Runtime.shown"
 HELPS = 0.9  # nearest terms that leave more of the torque than this are left out
 BY_FORCES = {"presliding", "backlash", "elasticity", "linkage_error", "torque_saturation", "current_offset", "torque_constant"}
-BY_SHOWN = {"delay", "encoder_eccentricity"}  # what sensors show: no simulated torque depends on it
+BY_SHOWN = {"delay", "encoder_eccentricity", "sensor_offset"}  # what sensors show: no simulated torque depends on it
 
 
 @dataclass(frozen=True)

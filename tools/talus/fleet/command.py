@@ -111,7 +111,7 @@ def run_fleet(options):
     write_fleet(work, items)
     part, whole = options.shard
     own = items[part - 1 :: whole]
-    waiting = [item for item in own if not work.is_done(item)]
+    waiting = sorted((item for item in own if not work.is_done(item)), key=size, reverse=True)  # no process is left with a long one in the end
     jobs = options.jobs or min(pool.processors(), max(1, len(waiting)))
     step, failures = Progress(NAME, len(waiting), options.quiet), []
     if waiting:
@@ -121,6 +121,11 @@ def run_fleet(options):
             if status:
                 failures.append((item, text))
     conclude(options, len(own), len(own) - len(waiting), failures)
+
+
+def size(item):
+    """Of its recordings' files [bytes]; of one that is not there nothing."""
+    return sum(os.path.getsize(path) for path in item.recordings if os.path.exists(path))
 
 
 def write_fleet(work, items):

@@ -77,11 +77,16 @@ def connected(jobs, scheduler):
         yield client
 
 
+# Dask looks at each worker's stack every 10 ms, at its loop's every 20 and at its memory every 100, for a dashboard that nobody has
+# open: on two processors that takes a twentieth of them from the items.
+SELDOM = {"distributed.worker.profile.enabled": False, "distributed.admin.tick.interval": "1s", "distributed.admin.system-monitor.interval": "10s",
+          "distributed.worker.memory.monitor-interval": "1s"}  # fmt: skip
+
+
 def _unwatched():
-    """Dask looks at each worker's stack every 10 ms, for a dashboard that nobody has open; the items' threads wait for that."""
     import dask
 
-    return dask.config.set({"distributed.worker.profile.enabled": False})
+    return dask.config.set(SELDOM)
 
 
 def _check_workers(client, scheduler):
