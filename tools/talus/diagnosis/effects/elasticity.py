@@ -45,7 +45,6 @@ def candidates(at):
         return at.of_law("elasticity", f"{stiffness:g} Nm/rad{sides_in_words(dry, viscous, motor)}", [{"share": 1.0}], shapes,
                          parameters=figures, low=(max(0.5, stiffness / stiffest),), high=(1.8,), family=family, begin_low=begin_low)  # fmt: skip
 
-    # a single joint's grid has its stiffest below that limit
     fastest = FASTEST_SWING / max(terms.step_s for terms in at.all_terms)
     slow = [k for k in grid if at.all_terms[0].link_rad_s(j, 0.0, k) <= fastest]
     for motor in motor_shares(at):
