@@ -126,6 +126,7 @@ void tl_effect_place_of(const tl_model *m, const tl_motion *motion, int joint, d
   now->v = motion->v[joint];
   now->slip = motion->slip[joint];
   now->t_s = t_s;
+  now->offset_Nm = tl_joint_offset(m, joint);
   now->motor_rad = tl_motor_angle(m, joint, now->q);
   now->ratio = tl_motor_ratio(m, joint, now->q);
 }
@@ -140,13 +141,13 @@ void tl_effect_instant_of(const tl_model *m, const tl_motion *motion, int joint,
   now->friction_Nm = d->coulomb_Nm * now->slip + d->viscous_Nms_rad * now->v;
   now->rotor_Nm = tl_rotor_torque(m, motion, joint);
   now->load_Nm = torque[joint] * tl_torque_ratio(m, joint, now->q) - now->friction_Nm;
-  now->load_Nm -= tl_joint_offset(m, joint);
+  now->load_Nm -= now->offset_Nm;
   now->motor_Nm = tl_motor_torque(m, torque[joint], now->ratio);
   now->gravity_tilt_Nm = tl_effect_tilt_of(m, motion, joint);
   if (!effort_Nm) return;
   /* with a sensor at the output the drive's torque is known, and is what the gear carries */
   now->effort_Nm = now->load_Nm = *effort_Nm;
-  now->rotor_Nm = now->friction_Nm = 0.0;
+  now->rotor_Nm = now->friction_Nm = now->offset_Nm = 0.0;
   now->motor_Nm = *effort_Nm / now->ratio;
 }
 

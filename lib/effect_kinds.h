@@ -31,8 +31,11 @@ static inline void tl_effect_larger(double *to, double value) {
   if (value > *to) *to = value;
 }
 
-/* The load that friction grows with: with so much of the rotor's and of the plain friction's share. */
-double tl_effect_load(const tl_effect_instant *now, double rotor_share, double friction_share);
+/* Places of the shapes that say what of a joint's torque its gear carries; a law's own follow. */
+enum { TL_LOAD_ROTOR, TL_LOAD_FRICTION, TL_LOAD_OFFSET, TL_LOAD_SHAPES };
+/* The load that friction grows with: inertia and gravity, with so much of the rotor's, of the plain friction and of the
+ * constant torque. */
+double tl_effect_load(const tl_effect_instant *now, const double shape[TL_LOAD_SHAPES]);
 /* is it that of inertia and gravity, and nothing else said of it? */
 int tl_effect_load_is_plain(const tl_effect *e);
 

@@ -93,9 +93,10 @@ void tl_take_motor(tl_model *m, int joint, double share) {
 }
 
 double tl_rotor_torque(const tl_model *m, const tl_motion *motion, int joint) {
+  const tl_plant_table *t = tl_plant_table_of(m->plant);
   double ratio, slope;
 
-  if (!tl_plant_table_of(m->plant)->rotor[joint]) return 0.0;
+  if (!t->rotor[joint]) return number_at(m, t->inertia[joint], 0.0) * motion->a[joint];
   tl_transmission_ratio(&m->drive[joint].transmission, motion->q[joint], &ratio, &slope);
   return m->drive[joint].rotor_inertia_kg_m2 * ratio *
          (ratio * motion->a[joint] + slope * motion->v[joint] * motion->v[joint]);

@@ -575,24 +575,40 @@ static tl_status accelerate(const tl_effect_dynamics *p, double t_s, const tl_jo
   return TL_OK;
 }
 
+/* have the accelerations that friction depends on come to rest? */
+static int is_settled(const tl_effect_dynamics *p, const double *before, const double *a) {
+  int j;
+
+  for (j = 0; j < p->joints; j++)
+    if (p->needs_rotor[j] && fabs(a[j] - before[j]) > ROTOR_TOLERANCE * (1.0 + fabs(a[j]))) return 0;
+  return 1;
+}
+
+/* to where each of three in a row leads (Aitken) */
+static void extrapolate(const tl_effect_dynamics *p, const double *before, const double *next, double *a) {
+  int j;
+
+  for (j = 0; j < p->joints; j++) {
+    double bend = (a[j] - next[j]) - (next[j] - before[j]);
+    if (p->needs_rotor[j] && bend != 0.0) a[j] -= (a[j] - next[j]) * (a[j] - next[j]) / bend;
+  }
+}
+
 tl_status tl_effect_dynamics_accelerate(const tl_effect_dynamics *p, double t_s, const tl_joint_mode *mode,
                                         const double torque[TL_MAX_JOINTS], tl_motion *motion,
                                         tl_link_state *link, double *loss_W) {
-  const int j =
-      p->needs_rotor[1]; /* of the joints that need their rotor, the last is the one that has a rotor */
-  double before, next, bend;
+  double before[TL_MAX_JOINTS], next[TL_MAX_JOINTS];
   tl_status status = TL_OK;
   int i;
 
   if (!p->needs_rotor[0] && !p->needs_rotor[1]) return accelerate(p, t_s, mode, torque, motion, link, loss_W);
   for (i = 0; i < MAX_ROTOR_STEPS && status == TL_OK; i++) {
-    before = motion->a[j];
+    memcpy(before, motion->a, sizeof before);
     status = accelerate(p, t_s, mode, torque, motion, link, loss_W);
-    next = motion->a[j];
-    if (status == TL_OK && !(fabs(next - before) > ROTOR_TOLERANCE * (1.0 + fabs(next)))) return TL_OK;
+    if (status == TL_OK && is_settled(p, before, motion->a)) return TL_OK;
+    memcpy(next, motion->a, sizeof next);
     if (status == TL_OK) status = accelerate(p, t_s, mode, torque, motion, link, loss_W);
-    bend = (motion->a[j] - next) - (next - before);
-    if (bend != 0.0) motion->a[j] -= (motion->a[j] - next) * (motion->a[j] - next) / bend; /* Aitken */
+    extrapolate(p, before, next, motion->a);
   }
   return status == TL_OK ? TL_ERR_NO_CONVERGENCE : status;
 }

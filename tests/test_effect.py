@@ -79,16 +79,17 @@ def test_the_page_of_the_controller_names_the_effects_that_have_a_fast_form():
 def test_laws_against_their_formulas():
     v, slip, load, motor, ratio, q = -0.3, -1.0, -2.5, 0.02, 51.0, 0.4
     at = {"v": v, "slip": slip, "load_Nm": load, "motor_Nm": motor, "ratio": ratio, "q": q, "motor_rad": 51 * q, "t_s": 30.0,
-          "gravity_tilt_Nm": 1.7, "effort_Nm": 0.9, "rotor_Nm": 0.2, "friction_Nm": -0.8, "temp_C": 41.0}
+          "gravity_tilt_Nm": 1.7, "effort_Nm": 0.9, "rotor_Nm": 0.2, "friction_Nm": -0.8, "offset_Nm": 0.4, "temp_C": 41.0}
     expected = {
         ("stribeck", (0.1, 2.0)): [-np.exp(-9.0)],
         ("stribeck", (0.1, 1.0)): [-np.exp(-3.0)],
-        ("load_friction", (1.0, 0.0, 1.0, 1.0, 0.0)): [-2.5],
-        ("load_friction", (0.0, 0.0, 1.0, 1.0, 0.0)): [-2.7],
-        ("load_friction", (1.0, 1.0, 1.0, 1.0, 0.0)): [-3.3],
-        ("load_friction", (1.0, 0.0, 2.0, 5.0, 0.0)): [-1.25],
+        ("load_friction", (1.0, 0.0, 0.0, 1.0, 1.0, 0.0)): [-2.5],
+        ("load_friction", (0.0, 0.0, 0.0, 1.0, 1.0, 0.0)): [-2.7],
+        ("load_friction", (1.0, 1.0, 0.0, 1.0, 1.0, 0.0)): [-3.3],
+        ("load_friction", (1.0, 0.0, 1.0, 1.0, 1.0, 0.0)): [-2.1],
+        ("load_friction", (1.0, 0.0, 0.0, 2.0, 5.0, 0.0)): [-1.25],
         # T = X + c |T| slip: X / (1 - c) driving, and what is more than X per c
-        ("load_friction", (1.0, 0.0, 1.0, 1.0, 0.25)): [(-2.5 / 0.75 + 2.5) / 0.25],
+        ("load_friction", (1.0, 0.0, 0.0, 1.0, 1.0, 0.25)): [(-2.5 / 0.75 + 2.5) / 0.25],
         ("asymmetric_friction", ()): [1.0, 0.3],
         ("nonlinear_viscous", (2.0,)): [-0.09],
         ("nonlinear_viscous", (0.5,)): [-np.sqrt(0.3)],
@@ -98,7 +99,7 @@ def test_laws_against_their_formulas():
         ("position_friction", (0.1, 3.0, 0.2)): [-0.2, -0.04, -0.008, -0.0016, -np.sin(0.9), -np.cos(0.9)],  # beyond its range
         ("friction_drift", (60.0, 31.0)): [-(1 - np.exp(-0.5)), -0.3 * (1 - np.exp(-0.5)), -np.exp(-0.5),
                                            -0.3 * np.exp(-0.5), -1.0, -0.3],
-        ("directional_efficiency", (1.0, 0.0)): [-2.5, 0.0],  # load and motion in one direction: driving
+        ("directional_efficiency", (1.0, 0.0, 0.0)): [-2.5, 0.0],  # load and motion in one direction: driving
         ("kinematic_error", (2.0, 0.0)): [np.sin(2 * 51 * q), np.cos(2 * 51 * q), 0.0, 0.0,
                                           load * np.sin(2 * 51 * q), load * np.cos(2 * 51 * q)],
         ("kinematic_error", (2.0, 4.0)): [x * f(2 * 51 * q) / (1 + (2 * 51 * v / (2 * np.pi * 4)) ** 4)
@@ -119,7 +120,7 @@ def test_laws_against_their_formulas():
     assert {name for name, _ in expected} == {name for name, kind in kinds().items() if kind.law}
     for (name, shape), want in expected.items():
         assert columns(name, shape, **at) == pytest.approx(want, rel=1e-12, abs=1e-15), name
-    assert columns("directional_efficiency", (1.0, 0.0), **{**at, "load_Nm": 2.5}) == pytest.approx([0.0, -2.5])
+    assert columns("directional_efficiency", (1.0, 0.0, 0.0), **{**at, "load_Nm": 2.5}) == pytest.approx([0.0, -2.5])
 
 
 def test_the_columns_at_many_instants_are_those_at_each():
@@ -145,6 +146,7 @@ def test_the_instant_knows_load_and_tilt():
     assert now.load_Nm == pytest.approx(0.8 * -2.0 + 1.1 * 9.81 * np.sin(0.3 - 0.2), rel=1e-12)
     assert now.motor_Nm == pytest.approx((now.load_Nm + 0.9 + 0.4 * 0.5 + 0.3) / 20, rel=1e-12)
     assert now.ratio == 20 and now.motor_rad == pytest.approx(6.0)
+    assert now.rotor_Nm == pytest.approx(0.8 * -2.0) and now.offset_Nm == 0.3  # its rotor is in its inertia
     leg = talus.Model.from_tree(leg_tree())
     for joint in (0, 1):
         motion.q[0], motion.q[1], motion.v[0], motion.v[1] = 0.3, -0.2, 0.0, 0.0
@@ -152,6 +154,19 @@ def test_the_instant_knows_load_and_tilt():
         lib.tl_effect_instant_of(leg.struct, motion, joint, 0.0, ffi.NULL, now)
         static = lambda tilt: leg.inverse([[0.3 + tilt], [-0.2]], [[0.0], [0.0]], [[0.0], [0.0]])[joint, 0] * now.ratio
         assert now.gravity_tilt_Nm == pytest.approx((static(1e-6) - static(-1e-6)) / 2e-6, rel=1e-6)
+
+
+def test_the_instant_knows_what_a_rotor_may_take():
+    """The knee's is in the shank's inertia; the ankle's is its own, by the square of a ratio that grows with the angle."""
+    leg, motion, now = talus.Model.from_tree(leg_tree()), ffi.new("tl_motion *"), ffi.new("tl_effect_instant *")
+    motion.q[1], motion.v[1], motion.a[0], motion.a[1] = -0.2, 0.7, 3.0, 5.0
+    rotor = [leg_tree()["shank"]["inertia_kg_m2"] * 3.0]
+    ratio = lambda q: leg.transmission(1).ratio(np.array([q]))[0]
+    slope = (ratio(-0.2 + 1e-5) - ratio(-0.2 - 1e-5)) / 2e-5
+    rotor.append(leg_tree()["ankle"]["rotor_inertia_kg_m2"] * ratio(-0.2) * (ratio(-0.2) * 5.0 + slope * 0.7**2))
+    for joint in (0, 1):
+        lib.tl_effect_instant_of(leg.struct, motion, joint, 0.0, ffi.NULL, now)
+        assert now.rotor_Nm == pytest.approx(rotor[joint], rel=1e-7) and now.offset_Nm == 0.0
 
 
 def test_where_an_effect_can_stand():

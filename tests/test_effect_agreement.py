@@ -152,6 +152,7 @@ BETWEEN_SAMPLES = [("elasticity", ANKLE, {**SOFT, "stiffness_Nm_rad": 2000.0}, 1
 # laws of the instant that need the accelerations themselves, and ripple: exact but for what second order leaves
 EXACT = [
     ("load_friction", ANKLE, {"coefficient": 0.15, "rotor_share": 0.0}, 1e-6),
+    ("load_friction", KNEE, {"coefficient": 0.15, "rotor_share": 0.4}, 1e-6),
     ("load_friction", KNEE, {"coefficient": 0.15, "own_coefficient": 0.15}, 1e-6),
     ("directional_efficiency", ANKLE, {"driving": 0.2, "back_driving": 0.05, "rotor_share": 0.3}, 1e-6),
     ("kinematic_error", KNEE, {"sine_Nm": 0.0, "cosine_share": 0.03}, 1e-6),
@@ -192,6 +193,15 @@ def test_a_late_current_is_predicted_as_it_is_simulated(tmp_path):
 @pytest.mark.parametrize("effect, at, parameters, bar", BETWEEN_SAMPLES, ids=["elasticity", "backlash"])
 def test_what_is_lost_between_samples_is_there_with_more_of_them(effect, at, parameters, bar):
     assert 100 * difference(effect, at, parameters, rate_hz=8000.0)[1] <= bar
+
+
+def test_both_joints_friction_may_need_its_rotor_at_once():
+    """Each joint's friction depends on its own acceleration, and these on each other."""
+    m, parameters = leg(), {"coefficient": 0.15, "rotor_share": 0.4}
+    t, motion, own, keep = simulate(m, ("load_friction", KNEE, parameters), ("load_friction", ANKLE, parameters))
+    for joint in (KNEE, ANKLE):
+        off = predicted(m, t, motion, [keep[joint]], joint) - own[joint]
+        assert shares(off, own[joint], t, motion[1, joint])[1] < 1e-6
 
 
 def test_two_sways_of_one_mount_are_predicted_as_their_sum():

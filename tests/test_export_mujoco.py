@@ -210,6 +210,7 @@ CARRIED = [[(name, joint, values)] for name, joint, values in (
     ("stribeck", "knee", {}),
     ("load_friction", "knee", {}),
     ("load_friction", "ankle", {"rotor_share": 0.0}),
+    ("load_friction", "knee", {"rotor_share": 0.6}),
     ("asymmetric_friction", "knee", {}),
     ("position_friction", "knee", {}),
     ("friction_drift", "knee", {}),

@@ -20,14 +20,30 @@ def correlated(memory_s, seconds, seed):
     return lfilter([np.sqrt(1 - keep**2)], [1, -keep], white)
 
 
-def share(series):
-    rows = np.arange(len(series) - PERIOD)
-    return noise.lasting_share([noise.differences(series, np.ones(len(series), bool), (rows, rows + PERIOD), RATE_HZ)])
+def share(series, lag_s=1.0, sign=None):
+    rows, sign = np.arange(len(series) - PERIOD), np.ones(len(series)) if sign is None else sign
+    found = noise.differences(series, np.ones(len(series), bool), (rows, rows + PERIOD), round(lag_s * RATE_HZ), sign)
+    return noise.lasting_share([found])
 
 
-@pytest.mark.parametrize("memory_s", [0.02, 0.05, 0.2])
-def test_noise_of_any_colour_that_a_sensor_has_does_not_last(memory_s):
-    assert [share(correlated(memory_s, 60, seed)) for seed in range(40)].count(0.0) >= 39
+@pytest.mark.parametrize("lag_s", noise.LASTING_S)
+@pytest.mark.parametrize("memory_s", [0.02, 0.05, 0.1])
+def test_noise_of_any_colour_that_a_sensor_has_does_not_last(memory_s, lag_s):
+    assert [share(correlated(memory_s, 60, seed), lag_s) for seed in range(40)].count(0.0) >= 39
+
+
+def test_a_friction_that_wanders_lasts_in_the_direction_of_motion_alone():
+    """Of a motion to and fro in 0.7 s, whose direction after half a second is mostly the other one."""
+    sign = np.where(np.arange(120 * RATE_HZ) % 70 < 35, 1.0, -1.0)
+    wandering = [sign * correlated(3.0, 120, seed) for seed in range(10)]
+    assert min(share(one, 0.5, sign) for one in wandering) > 0.3 and max(share(one, 0.5) for one in wandering) == 0.0
+
+
+def test_a_torque_that_swings_is_seen_after_half_a_second_or_one():
+    """Within 4 s, as the cosine of what it swings in between, less what one period changes: the wave of other phase there."""
+    t = np.arange(120 * RATE_HZ) / RATE_HZ
+    swing = np.sin(2 * np.pi * t / 4.0)
+    assert share(swing, 1.0) == 0.0 and share(swing, 0.5) == pytest.approx(np.cos(np.pi / 4), abs=0.02)
 
 
 @pytest.mark.parametrize("memory_s", [3.0, 6.0])

@@ -89,6 +89,24 @@ def test_block_with_load_friction():
     assert 0 < s.motion.v[0] < 1e-8 and s.motion.a[0] == pytest.approx(-20 / (95 * (1 - c)), rel=1e-9)
 
 
+def test_block_whose_rotor_is_no_load():
+    """Only half of its mass is carried by the gear: m (1 +- c / 2)."""
+    m, c = slider(viscous=0.0), 0.2
+    s, _keep = begin(m, 0.0, 1.0, ("load_friction", 0, c, 0.5))
+    advance(m, s, 0.1, (60.0, 0.0))
+    assert s.motion.a[0] == pytest.approx((60.0 - 20.0) / (95 * (1 + 0.5 * c)), rel=1e-9)
+    advance(m, s, 0.2, (0.0, 0.0))
+    assert s.motion.a[0] == pytest.approx(-20 / (95 * (1 - 0.5 * c)), rel=1e-9)
+
+
+def test_block_that_carries_a_constant_force():
+    m, c = slider(viscous=0.0), 0.2
+    m.force_offset_N = 5.0
+    s, _keep = begin(m, 0.0, 1.0, ("load_friction", 0, c, 1.0, 0.0, 1.0))
+    advance(m, s, 0.1, (60.0, 0.0))  # m a = 60 - 20 - 5 - c (m a + 5)
+    assert s.motion.a[0] == pytest.approx((60.0 - 20.0 - 5.0 * (1 + c)) / (95 * (1 + c)), rel=1e-9)
+
+
 HANG = 1.5 * 9.81 * math.sin(0.5)  # of the pendulum at 0.5 rad
 
 

@@ -222,7 +222,8 @@ void tl_clear_offsets(tl_model *m);
 double tl_motor_inertia(const tl_model *m, int joint, double share, const tl_motion *motion, double *torque);
 /* Takes it out of the model, whose torque at the joint then is the joint's: no rotor, ratio 1. */
 void tl_take_motor(tl_model *m, int joint, double share);
-/* Joint torque that accelerates the rotor of a joint's motor; 0 where the model has none of its own. */
+/* Joint torque that accelerates the rotor of a joint's motor; where the model has none of its own, the joint's inertia, which
+ * holds it. */
 double tl_rotor_torque(const tl_model *m, const tl_motion *motion, int joint);
 
 /* Does gravity act? Not on a slider, nor on a pendulum whose moment is 0. */

@@ -4,10 +4,8 @@
 #include <math.h>
 
 enum { DRIVING, BACK_DRIVING, STRENGTHS };
-enum { ROTOR_SHARE, FRICTION_SHARE, SHAPES };
-
 static void law(const tl_effect_instant *now, const double *shape, double *torque, double *friction) {
-  double load = tl_effect_load(now, shape[ROTOR_SHARE], shape[FRICTION_SHARE]);
+  double load = tl_effect_load(now, shape);
   int driving = load * now->slip > 0.0;
 
   load = fabs(load);
@@ -31,13 +29,14 @@ const tl_effect_kind tl_effect_directional_efficiency = {
     .acts = TL_EFFECT_MECHANICAL,
     .dry = 1,
     .needs_load_sensor = 0,
-    .rotor_share = STRENGTHS + ROTOR_SHARE,
+    .rotor_share = STRENGTHS + TL_LOAD_ROTOR,
     .strengths = STRENGTHS,
-    .shapes = SHAPES,
+    .shapes = TL_LOAD_SHAPES,
     .parameter = {[DRIVING] = {"driving", 0.0, 0.6, 0.15, 0, 0.0},
                   [BACK_DRIVING] = {"back_driving", 0.0, 0.6, 0.05, 0, 0.0},
-                  [STRENGTHS + ROTOR_SHARE] = {"rotor_share", 0.0, 1.0, 1.0, TL_DEFAULT(1.0)},
-                  [STRENGTHS + FRICTION_SHARE] = {"friction_share", 0.0, 1.0, 0.0, TL_DEFAULT(0.0)}},
+                  [STRENGTHS + TL_LOAD_ROTOR] = {"rotor_share", 0.0, 1.0, 1.0, TL_DEFAULT(1.0)},
+                  [STRENGTHS + TL_LOAD_FRICTION] = {"friction_share", 0.0, 1.0, 0.0, TL_DEFAULT(0.0)},
+                  [STRENGTHS + TL_LOAD_OFFSET] = {"offset_share", 0.0, 1.0, 0.0, TL_DEFAULT(0.0)}},
     .law = law,
     .fast = TL_FAST_NUMBERS,
     .numbers = numbers,

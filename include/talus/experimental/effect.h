@@ -38,8 +38,9 @@ typedef struct tl_effect_instant {
   double q, v;            /* the joint's angle and speed [rad], [rad/s]; slider [m], [m/s] */
   double slip;            /* direction of friction, [-1, 1] */
   double load_Nm;         /* torque that the joint delivers to inertia and gravity, without friction */
-  double rotor_Nm;        /* of it: what the rotor's own inertia takes */
+  double rotor_Nm;        /* of it: what the rotor's inertia takes, or the joint's own that holds it */
   double friction_Nm;     /* the plain model's friction */
+  double offset_Nm;       /* its constant torque */
   double motor_Nm;        /* motor torque: what the plain model asks for, and the mechanical effects */
   double motor_rad;       /* motor angle */
   double ratio;           /* d motor / d joint */

@@ -7,21 +7,36 @@ from . import noise
 
 def excess(dataset, residuals):
     """{kind: chi-square of it} of the torques, beside what a fit leaves (`residuals`): what stands at one frequency or comes now and
-    then (`dataset.irregular`), and what is still there a second later."""
+    then (`dataset.irregular`), and what is still there later."""
     return {kind: max(dataset.irregular[kind], _lasting(dataset, residuals, kind)) * dataset.freedom(kind)
             for kind in dataset.kinds if kind[0] == "T"}  # fmt: skip
 
 
 def _lasting(dataset, residuals, kind):
-    """Power, over that of the noise, of what lasts."""
+    """Power, over that of the noise, of what lasts: a torque that wanders, or a friction or a torque constant that does."""
+    share = max(_share(dataset, residuals, kind, lag_s, view) for lag_s in noise.LASTING_S for view in range(VIEWS))
+    return share / (1 - share)
+
+
+def _share(dataset, residuals, kind, lag_s, view):
     found = []
     for channel in (c for c in dataset.channels if c.kind == kind):
-        step_s, pairs = dataset.processed_recordings[channel.record].step_s, same_states(dataset, channel)
-        if pairs is not None:
-            lag = max(1, round(noise.LASTING_S / step_s))
-            found.append(noise.differences(residuals.of[channel.record, kind], dataset.mask(channel), pairs, lag))
-    share = noise.lasting_share(found) if found else 0.0
-    return share / (1 - share)
+        pairs = same_states(dataset, channel)
+        if pairs is None:
+            continue
+        lag = max(1, round(lag_s / dataset.processed_recordings[channel.record].step_s))
+        sign = _signs(dataset, channel)[view]
+        found.append(noise.differences(residuals.of[channel.record, kind], dataset.mask(channel), pairs, lag, sign))
+    return noise.lasting_share(found) if found else 0.0
+
+
+VIEWS = 3
+
+
+def _signs(dataset, channel):
+    """Directions of what may wander, at every instant of the grid: a torque's own, friction's, the drive's."""
+    processed, joint = dataset.processed_recordings[channel.record], int(channel.kind[1])
+    return np.ones(len(channel.values)), np.sign(processed.resample(processed.slip[joint])), np.sign(channel.values)
 
 
 def same_states(dataset, channel):

@@ -18,9 +18,9 @@ NEIGHBOURS = 60  # a state with so many of its own second nearer than another's 
 ROWS_AT_A_TIME = 64
 NEAREST_SHARE = 0.25
 FEWEST_PAIRS = 30
-LASTING_S = 1.0  # what is still there after it is no noise of a sensor
+LASTING_S = (0.5, 1.0)  # what is still there after it is no noise of a sensor; what swings is not seen after each of them
 FEWEST_INSTANTS = 6
-SIGNIFICANT = 3.0  # standard errors: by chance in one of 700 recordings
+SIGNIFICANT = 3.5  # standard errors: by chance in one of 700 recordings, of six looks at each
 LINES = 3  # of a spectrum on either side of its strongest one, that belong to it
 
 
@@ -153,20 +153,22 @@ def pair_deviation(change):
     return float(np.sqrt(np.median(change**2) / 2 / median_of_chi2(1.0)))
 
 
-def differences(residual, mask, pairs, lag):
-    """What differs at pairs of instants (grid rows) with the same state, and `lag` rows later at both; (n, 2)."""
+def differences(residual, mask, pairs, lag, sign):
+    """What differs at pairs of instants (grid rows) with the same state, and `lag` rows later at both, each in the direction `sign`
+    of something that it may be a share of, where that is the same at both; (n, 2)."""
     i, k = (np.asarray(p) for p in pairs)
     inside = np.flatnonzero(np.maximum(i, k) + lag < len(residual))
     i, k = i[inside], k[inside]
-    known = mask[i] & mask[k] & mask[i + lag] & mask[k + lag]
+    known = mask[i] & mask[k] & mask[i + lag] & mask[k + lag] & (sign[i] == sign[k]) & (sign[i + lag] == sign[k + lag])
     i, k = i[known], k[known]
-    return np.column_stack([residual[i] - residual[k], residual[i + lag] - residual[k + lag]]), len(np.unique(i // lag))
+    now, later = sign[i] * (residual[i] - residual[k]), sign[i + lag] * (residual[i + lag] - residual[k + lag])
+    return np.column_stack([now, later]), len(np.unique(i // lag))
 
 
 def lasting_share(found):
-    """Share of the variance of what differs between the same states that is still there a second later, of all recordings'
+    """Share of the variance of what differs between the same states that is still there later, of all recordings'
     `differences`: a sensor's noise is gone by then, a torque that wanders is not. 0 unless the correlation is significant, by
-    Fisher's transformation with as many independent instants as there are seconds."""
+    Fisher's transformation with as many independent instants as there are such lags."""
     both, instants = np.concatenate([pairs for pairs, _ in found]), sum(n for _, n in found)
     if instants < FEWEST_INSTANTS:
         return 0.0

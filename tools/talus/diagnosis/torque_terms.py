@@ -142,13 +142,20 @@ class TorqueTerms:
             self._add_recorded(j, now)
         every = functools.partial(rows_of, self._instants)
         whole, self.rotor_Nm, self.friction_Nm = every("load_Nm"), every("rotor_Nm"), every("friction_Nm")
-        self.link_Nm, self.joint_Nm = whole - self.rotor_Nm, whole + self.friction_Nm
+        self.offset_Nm = every("offset_Nm")
+        known = np.array([[self.has_rotor(j)] for j in joints])  # else how much of the joint's inertia is its rotor's is not
+        self.link_Nm, self.joint_Nm = whole - known * self.rotor_Nm, whole + self.friction_Nm
         self.motor_rad, self.motor_Nm, self.ratio = every("motor_rad"), every("motor_Nm"), every("ratio")
         self.gear = 1.0
         if not self.dataset.at_motor:  # torques and angles are the joint's here: motor turns for one of it
             self.gear = float(self.ratio[0, self.processed.parts[0]["begin"]])
             self.motor_Nm, self.ratio = self.gear * self.motor_Nm, np.ones_like(self.ratio)
             self.motor_rad = self.travel_rad = self.q
+
+    def has_rotor(self, j):
+        """Has a joint's motor a rotor of its own in the model? Else the joint's inertia holds it."""
+        torque = ffi.new("double *")
+        return lib.tl_motor_inertia(self.model.struct, j, 0.0, ffi.new("tl_motion *"), torque) > 0.0
 
     def _add_recorded(self, j, now):
         """What the recording itself tells, and the motor's torque through short stops."""

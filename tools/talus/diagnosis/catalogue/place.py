@@ -67,6 +67,16 @@ class Place:
         return self.dataset.model.coordinate_unit == "m"
 
     @property
+    def has_rotor(self):
+        """Has its motor a rotor of its own in the model? Else the joint's inertia holds it."""
+        return self.all_terms[0].has_rotor(self.number)
+
+    @property
+    def has_offset(self):
+        """Is a constant torque among what is identified?"""
+        return bool(np.any(self.all_terms[0].offset_Nm[self.number] != 0.0))
+
+    @property
     def travels(self):
         """Does the joint turn far enough for position to be told from load?"""
         if self.is_straight:

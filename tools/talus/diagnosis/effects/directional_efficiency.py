@@ -1,16 +1,31 @@
 """A gear's losses in proportion to power, which differ between driving and back-driving."""
 
-from ..catalogue.carried_load import carried_loads
+import math
+
+from ..catalogue.candidate import COLUMN_PENALTY
+from ..catalogue.carried_load import carried_loads, of_other_shares
 from ..catalogue.sizes import percent
 from .entry import Effect
 
+LARGEST_SHARE = 0.6  # of the load, lost in one direction
+
 
 def candidates(at):
+    """Losses in both directions, or in one alone: a part of the load may be missing from inertia and gravity, which takes up what
+    the directions differ by, so that each of these may stand for any two."""
     if not at.carries_both_ways:
         return
+    both = [{"driving": 1.0}, {"back_driving": 1.0}]
     for name, shares in carried_loads(at):
-        yield at.of_law("directional_efficiency", name, [{"driving": 1.0}, {"back_driving": 1.0}], shares, low=(0.0, 0.0),
-                        high=(0.6, 0.6))  # fmt: skip
+        for form, columns in ((name, both), (f"{name}, driving alone", both[:1]), (f"{name}, driven alone", both[1:])):
+            yield losses(at, form, columns, shares)
+
+
+def losses(at, form, columns, shares):
+    """One alone is as likely as both."""
+    return at.of_law("directional_efficiency", form, columns, shares, low=(0.0,) * len(columns), high=(LARGEST_SHARE,) * len(columns),
+                     prior=lambda x: math.exp(COLUMN_PENALTY * (len(columns) - 2)),
+                     family=of_other_shares(at, shares, lambda moved: losses(at, form, columns, moved)))  # fmt: skip
 
 
 def size(p):

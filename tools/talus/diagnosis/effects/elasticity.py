@@ -29,6 +29,7 @@ def candidates(at):
     j = at.number
     grid, (softest, stiffest) = stiffnesses(at)
     begin_low = (STIFFER_SHARE,)
+    stiffest = min(stiffest, STIFFEST_NM_RAD) if at.dataset.at_motor else stiffest
 
     def soft(stiffness, dry, viscous, motor, damping=SPRING_DAMPING_RATIO, share=1.0, begin=SOFT_RAD, harder=0.0):
         hardening = float(harder * stiffness / HARDER_RAD**2)
@@ -42,7 +43,7 @@ def candidates(at):
                         (stiffest, 1.0, 1.0, 0.7, 1.0, 1.0, 0.02, 4.0), SOFTER,
                         start="cube" if harder else "soft" if share < 1.0 else "")  # fmt: skip
         return at.of_law("elasticity", f"{stiffness:g} Nm/rad{sides_in_words(dry, viscous, motor)}", [{"share": 1.0}], shapes,
-                         parameters=figures, low=(0.5,), high=(1.8,), family=family, begin_low=begin_low)  # fmt: skip
+                         parameters=figures, low=(max(0.5, stiffness / stiffest),), high=(1.8,), family=family, begin_low=begin_low)  # fmt: skip
 
     fastest = FASTEST_SWING / max(terms.step_s for terms in at.all_terms)
     slow = [k for k in grid if at.all_terms[0].link_rad_s(j, 0.0, k) <= fastest]

@@ -3,7 +3,7 @@
 import numpy as np
 
 from ..catalogue.candidate import Family
-from ..catalogue.carried_load import carried_loads
+from ..catalogue.carried_load import carried_loads, of_other_shares
 from ..catalogue.law import law_at
 from ..catalogue.sizes import percent, torque
 from .entry import Effect
@@ -16,15 +16,18 @@ OWN_COEFFICIENTS, OWN_WITHIN = (0.05, 0.07, 0.1, 0.14, 0.2, 0.28, 0.4), 1.2
 def candidates(at):
     if not at.carries_both_ways:
         return
-    within = {"low": (0.0,), "high": (LARGEST_SHARE,)}
     for name, shares in carried_loads(at):
-        yield at.of_law("load_friction", name, [{"coefficient": 1.0}], shares, **within)
+        yield _of_the_load(at, name, shares)
         scale = _largest_load(at, shares)
         for power in LOAD_POWERS:
-            shapes = {"exponent": power, "scale_Nm": scale, **shares}
-            yield at.of_law("load_friction", f"{name}, power {power:g}", [{"coefficient": 1.0}], shapes, **within)
+            yield _of_the_load(at, f"{name}, power {power:g}", {"exponent": power, "scale_Nm": scale, **shares})
     for own in () if at.dataset.load_sensor else OWN_COEFFICIENTS:
         yield _of_the_motors_torque(at, own)
+
+
+def _of_the_load(at, form, shapes):
+    return at.of_law("load_friction", form, [{"coefficient": 1.0}], shapes, low=(0.0,), high=(LARGEST_SHARE,),
+                     family=of_other_shares(at, shapes, lambda moved: _of_the_load(at, form, moved)))  # fmt: skip
 
 
 def _largest_load(at, shares):
