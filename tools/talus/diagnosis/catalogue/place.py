@@ -72,6 +72,11 @@ class Place:
         return self.all_terms[0].has_rotor(self.number)
 
     @property
+    def load_is_free(self):
+        """Do inertia and gravity take up any share of the load? A leg's are seen from both joints, and a sensor shows the load."""
+        return not self.dataset.at_motor and not self.dataset.load_sensor
+
+    @property
     def has_offset(self):
         """Is a constant torque among what is identified?"""
         return bool(np.any(self.all_terms[0].offset_Nm[self.number] != 0.0))

@@ -11,14 +11,16 @@ LARGEST_SHARE = 0.6  # of the load, lost in one direction
 
 
 def candidates(at):
-    """Losses in both directions, or in one alone: a part of the load may be missing from inertia and gravity, which takes up what
-    the directions differ by, so that each of these may stand for any two."""
+    """Losses in both directions. What they differ by is a share of the load, which inertia and gravity of a single joint take up: there
+    losses in one direction alone may stand for any two."""
     if not at.carries_both_ways:
         return
     both = [{"driving": 1.0}, {"back_driving": 1.0}]
     for name, shares in carried_loads(at):
-        for form, columns in ((name, both), (f"{name}, driving alone", both[:1]), (f"{name}, driven alone", both[1:])):
-            yield losses(at, form, columns, shares)
+        yield losses(at, name, both, shares)
+        if at.load_is_free:
+            yield losses(at, f"{name}, driving alone", both[:1], shares)
+            yield losses(at, f"{name}, driven alone", both[1:], shares)
 
 
 def losses(at, form, columns, shares):
