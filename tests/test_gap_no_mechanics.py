@@ -21,7 +21,8 @@ ALLOWED = {
     "diagnosis/torque_terms.py": {"whole - self.rotor_Nm", "whole + self.friction_Nm"},
     "diagnosis/effects/asymmetric_friction.py": {"abs(size) / at.coulomb_Nm"},
     "diagnosis/effects/stribeck.py": {"0.02 * at.coulomb_Nm", "1.5 * at.usual_coulomb_Nm"},
-    "diagnosis/effects/elasticity.py": {"most / stiffness", "harder * stiffness", "float(x[0]) / stiffness"},
+    "diagnosis/effects/elasticity.py": {"most / stiffness", "harder * stiffness", "float(x[0]) / stiffness",
+                                        "stiffness / stiffest"},
     "diagnosis/effects/backlash.py": {"drag * at.coulomb_Nm"},
     "diagnosis/catalogue/place.py": {"terms.drive_Nm[j] * terms.slip[j]"},  # does it drive, or hold back?
 }  # fmt: skip

@@ -144,7 +144,7 @@ class TorqueTerms:
         whole, self.rotor_Nm, self.friction_Nm = every("load_Nm"), every("rotor_Nm"), every("friction_Nm")
         self.offset_Nm = every("offset_Nm")
         known = np.array([[self.has_rotor(j)] for j in joints])  # else how much of the joint's inertia is its rotor's is not
-        self.link_Nm, self.joint_Nm = whole - known * self.rotor_Nm, whole + self.friction_Nm
+        self.link_Nm, self.joint_Nm = np.where(known, whole - self.rotor_Nm, whole), whole + self.friction_Nm
         self.motor_rad, self.motor_Nm, self.ratio = every("motor_rad"), every("motor_Nm"), every("ratio")
         self.gear = 1.0
         if not self.dataset.at_motor:  # torques and angles are the joint's here: motor turns for one of it
