@@ -87,7 +87,7 @@ def test_a_case_by_hand():
     rows = [camera_scores.judge(one) for one in every_kind()]
     answers = [tuple(row[f"{what}_{when}"] for when in ("without", "with") for what in ("exact", "alone")) for row in rows]
     no, yes = False, True
-    assert answers == [(yes, no, yes, yes), (yes, yes, yes, no), (no, no, yes, yes), (no, no, no, no),
+    assert answers == [(yes, no, yes, yes), (yes, yes, yes, no), (no, no, yes, yes), (no, no, yes, yes),
                        (yes, no, yes, no), (no, no, no, no)]  # fmt: skip
     assert rows[0]["without"] == "linkage_error 0.60 or encoder_eccentricity" and rows[3]["without"] == "failed"
     assert rows[4]["with"] == "gravity_tilt 0.99 or encoder_offset"
@@ -103,12 +103,20 @@ def test_a_tilt_is_what_the_camera_says_it_is(encoder, cause, alone):
     assert camera_scores.read(found, (other, "base"))[1:] == (False, False)
 
 
+@pytest.mark.parametrize("verdict, right, wrong", [(("none", "none", 0.9), True, False), (("unknown", "none", 0.9), False, False),
+                                                   (("torque_constant", "knee", 0.9), False, True), (("load_friction", "knee", 0.9), False, True),
+                                                   (("load_friction", "knee", 0.45), False, False)])  # fmt: skip
+def test_identification_takes_up_a_torque_constant(verdict, right, wrong):
+    row = camera_scores.judge(result("torque_constant", "knee", None, report(*verdict)))
+    assert (row["exact_with"], row["wrong_with"]) == (right, wrong)
+
+
 def test_bars_and_causes_by_hand():
     rows = [camera_scores.judge(one) for one in every_kind()]
     bars = {bar.name: (bar.value, bar.count, bar.met) for bar in camera_scores.bars(rows)}
-    assert list(bars.values()) == [(1 / 6, 6, None), (2 / 6, 6, None), (2 / 5, 5, False), (1.0, 1, False), (1.0, 2, None)]
+    assert list(bars.values()) == [(1 / 6, 6, None), (3 / 6, 6, None), (3 / 5, 5, False), (1.0, 1, False), (0.0, 6, True), (1.0, 2, None)]
     assert camera_scores.by_cause(rows)[3] == {"effect": "torque_constant", "cases": 1, "exact_without": 0, "alone_without": 0,
-                                               "exact_with": 0, "alone_with": 0}  # fmt: skip
+                                               "exact_with": 1, "alone_with": 1}  # fmt: skip
     assert [group["cases"] for group in camera_scores.by_cause(rows)] == [1, 1, 1, 1, 2]
 
 

@@ -12,7 +12,7 @@ def gap(identified, extended, floor, closed, unit="Nm"):
 def report(effect, joint, probability, effects=(), **gaps):
     return {"verdict": {"effect": effect, "joint": joint, "probability": probability},
             "alternatives": [{"effect": "unknown", "joint": "none", "probability": 1 - probability}],
-            "effects": [{"effect": e, "joint": j} for e, j in effects], "where": [], "findings": [],
+            "effects": [{"effect": e, "joint": j} for e, j in effects], "where": [], "findings": [], "resembles": [],
             "gap": gaps or {"knee": gap(0.0058, 0.0034, 0.0015, 0.7), "ankle": gap(0.0003, 0.0003, 0.0003, 0.0)}}  # fmt: skip
 
 
@@ -62,6 +62,16 @@ def test_none_and_unknown():
     assert said == "A gap remains that no known effect explains (probability 0.90)."
     said = words.sentence(report("unknown", "none", 0.6, KNEE))
     assert said.startswith("A gap remains that no known effect explains (probability 0.60). What comes nearest is friction that")
+
+
+@pytest.mark.parametrize("size, closes, said", [("0.2 Nm at 3 Hz", None, "a hum, at the knee (0.2 Nm at 3 Hz)."),
+                                                ("", 0.97, "a hum, at the knee; that would close 97 % of it.")])  # fmt: skip
+def test_what_an_unknown_gap_looks_like(size, closes, said):
+    like = {"id": "hum", "title": "a hum", "joint": "knee", "probability": 0.9, "closes": closes, "size": size}
+    text = words.sentence(report("unknown", "none", 0.9, KNEE) | {"resembles": [like]})
+    assert text == f"A gap remains that no known effect explains (probability 0.90). It looks like {said}"
+    if size:
+        assert "0.2 N at 3 Hz" in words.likeness(like, True)
 
 
 def test_poor_recordings():

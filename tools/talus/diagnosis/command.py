@@ -18,6 +18,7 @@ from .calibration import lowpass
 from .catalogue.own import entries
 from .effects import EFFECTS
 from .gate import excerpt
+from .outside import OUTSIDE
 from .search import search
 from .verdict import judge
 
@@ -161,6 +162,9 @@ def summary(found):
             yield f"  or {words.at(item['effect'], item['joint'])}: probability {words.share(item['probability'])}"
     if verdict["effect"] == "unknown" and found["nearest"]:
         yield "nearest: " + "; ".join(words.nearest(one) for one in found["nearest"][:3])
+    elsewhere = found["resembles"][verdict["effect"] == "unknown" and not words.is_poor(found):]  # the first stands in the sentence
+    for one in elsewhere[:2]:
+        yield f"  looks also like {words.likeness(one, words.is_linear(found))}: probability {words.share(one['probability'])}"
     for joint, gap in found["gap"].items():
         unit = gap["unit"]
         known = "" if words.is_poor(found) else f", {gap['extended_rms']:.4g} with effects, {gap['noise_floor_rms']:.4g} noise"
@@ -174,7 +178,7 @@ def summary(found):
 
 def diagnose(options, step, own=()):
     """(diagnosis, model file's mapping, model); `own`: talus.Effects that are tried beside the catalogue's."""
-    effects = {**EFFECTS, **entries(own)}
+    effects = {**EFFECTS, **OUTSIDE, **entries(own)}
     step("recordings")
     given, names, recordings, findings = read(options)
     findings = [*gate.findings(given, names, recordings), *findings]

@@ -38,7 +38,7 @@ def least_shares(search):
 
 def applicable(model, load_sensor, effects=EFFECTS):
     """Every (effect, joint) that the model can have, and whether it lacks a sensor at the output."""
-    for effect, _, joint in places(model, effects):
+    for effect, _, joint in places(model, {name: one for name, one in effects.items() if not one.outside}):
         needs = is_known(effect.id) and bool(kind_of(effect.id).struct.needs_load_sensor)
         yield (effect.id, joint), needs and not load_sensor
 

@@ -13,7 +13,7 @@ def nearest(search):
     same there (None without any), `closes` the share of the plain model's excess."""
     calibration = search.calibration
     own = calibration.own if calibration else gains_beside(search, [])
-    ranked = sorted(((gain, key) for key, gain in own.items() if gain > 0), reverse=True)[:MOST]
+    ranked = sorted(((gain, key) for key, gain in own.items() if gain > 0 and not search.is_outside(key)), reverse=True)[:MOST]
     return [{"effect": effect, "joint": joint, "gain": gain,
              "replicates": replicates_gain(calibration, (effect, joint)) if calibration else None,
              "closes": min(gain / search.plain.excess, 1.0) if search.plain.excess > 0 else 0.0}

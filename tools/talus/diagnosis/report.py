@@ -7,6 +7,7 @@ from . import experiment, figures, motion, tilt_source
 from .hidden import not_observable
 from .kinds import is_known
 from .nearest import nearest
+from .outside.resembles import resembles
 from .where import where
 from .words import linear
 
@@ -41,6 +42,7 @@ def diagnosis(search, verdict, seed, findings, through):
         "calibrated": search.calibration is not None,
         "replicates": len(search.calibration.gains) if search.calibration else 0,
         "nearest": nearest(search),
+        "resembles": resembles(search, verdict),
         "effects": [],
         "gap": figures.gap(dataset, before, after, seed),
         "motion": motion.motion(search, fit, before, after),
@@ -53,7 +55,7 @@ def diagnosis(search, verdict, seed, findings, through):
         "next_experiment": {"why": why, "trajectory": None, "needs": proposal.needs, "parts": proposal.parts},
         "findings": entries(findings),
     }
-    if own := [effect for effect in dataset.effects.values() if not is_known(effect.id)]:
+    if own := [effect for effect in dataset.effects.values() if not (is_known(effect.id) or effect.outside)]:
         report["own_effects"] = {effect.id: {"title": effect.words} for effect in own}
     listed = figures.effects(search, fit, before)
     keys = [c.key for c in fit.chosen]
@@ -61,7 +63,7 @@ def diagnosis(search, verdict, seed, findings, through):
         own = [p for p, effect, joint in verdict.probabilities if (effect, joint) == (item["effect"], item["joint"])]
         first = keys.index((item["effect"], item["joint"])) == 0
         # a further effect is as sure as that something explains the gap, and that it is itself part of that
-        further = known_probability(verdict) * verdict.further.get((item["effect"], item["joint"]), 1.0)
+        further = verdict.known * verdict.further.get((item["effect"], item["joint"]), 1.0)
         item["probability"] = own[0] if own and first else further
     order = ("effect", "joint", "probability", "parameters", "interval", "closes", "gap_before", "gap_after")
     report["effects"] = [{name: item[name] for name in order} for item in listed]
@@ -70,10 +72,6 @@ def diagnosis(search, verdict, seed, findings, through):
     found = Diagnosis(report, search, fit, before, after, maps, maps_after)
     found.trajectory = proposal.text
     return found
-
-
-def known_probability(verdict):
-    return 1.0 - sum(p for p, effect, _ in verdict.probabilities if effect == "unknown")
 
 
 def withheld(identification, findings):
@@ -87,7 +85,7 @@ def withheld(identification, findings):
                       "noise_floor_rms": 0.0, "closed_fraction": 0.0, "reversal_rms": 0.0}  # fmt: skip
     return Diagnosis({"schema": SCHEMA, "verdict": {**entry(1.0, "unknown", "none"), "withheld": True}, "alternatives": [], "effects": [],
                       "lowpass": {"hz": None, "from": None, "stable": None, "inertia_bias": None}, "selection": "blocks",
-                      "calibrated": False, "replicates": 0, "nearest": [],
+                      "calibrated": False, "replicates": 0, "nearest": [], "resembles": [],
                       "gap": gap, "motion": {}, "where": [], "confusable": [], "not_observable": [],
                       "next_experiment": {"why": remedy(findings[0]), "trajectory": None, "needs": None, "parts": []},
                       "findings": entries(findings)})  # fmt: skip

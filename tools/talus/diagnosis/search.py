@@ -107,6 +107,10 @@ class Search:
         found = self.excess_by_kind(self.plain)
         return sum(max(found[kind], floor) for kind, floor in self.floor_of.items()) / sum(self.floor_of.values())
 
+    def is_outside(self, key):
+        """Is an (effect, joint) in no catalogue?"""
+        return self.dataset.effects[key[0]].outside
+
     def nothing(self, before, after):
         """Probability that what a step from one fit to another gains is nothing; 0 where there are no replicates."""
         return self.calibration.nothing_of(before, after) if self.calibration else 0.0

@@ -39,6 +39,7 @@ class Verdict:
         self.fit, self.open_share = fit, open_share
         self.stable = None  # does it survive half the low-pass? None where nothing is named, or that was not tried
         self.further = {}  # (effect, joint): probability of each effect after the first
+        self.resembles = []  # [(probability, fit)] of what is outside the catalogue, each by the one that stands last in its fit
 
     def doubted(self):
         """The same where the named effect may be what the sensors did: no more likely than not. What it loses goes to `none` and
@@ -58,6 +59,11 @@ class Verdict:
     @property
     def joint(self):
         return self.probabilities[0][2]
+
+    @property
+    def known(self):
+        """Probability that what the catalogue has explains the recordings."""
+        return 1.0 - sum(p for p, effect, _ in self.probabilities if effect == "unknown")
 
     def confusable(self):
         """Groups of (effects, joint, probability ratio) that this data does not tell apart."""
@@ -210,6 +216,7 @@ def judge(search, fit, half=None, sound=True):
         return verdict
     at_half = half() if half else None
     further.judged(search, verdict, at_half)
+    without_outsiders(search, verdict)
     by_sensors = not sound or bool(search.calibration and search.calibration.outdone())
     if by_sensors:
         verdict.further = {key: min(p, UNSTABLE_AT_MOST) for key, p in verdict.further.items()}
@@ -236,10 +243,13 @@ def first_judgement(search, fit):
     others, sets = rivals(search, fit), other_sets(search, fit)
     nothing = nothing_there(search, fit)
     probabilities, likeliest = _by_effect(shares(search, fit, others, sets), [*others, *sets])
+    each = {key: p * (1 - unknown) * (1 - nothing) for key, p in probabilities.items()}
+    outside = {key: each.pop(key) for key in list(each) if search.is_outside(key)}
     no_cause = without_cause(search, nothing, unknown, gap_remains)
-    verdict = Verdict([*((p * (1 - unknown) * (1 - nothing), *key) for key, p in probabilities.items()), *no_cause], fit, open_share)
+    verdict = Verdict([*((p, *key) for key, p in each.items()), *with_outside(no_cause, sum(outside.values()))], fit, open_share)
     verdict.rivals = [*others, *sets]
-    imitates = open_share > HALF or little > HALF
+    verdict.resembles = sorted(((p, likeliest[key]) for key, p in outside.items()), key=lambda pair: -pair[0])
+    imitates = open_share > HALF or little > HALF or search.is_outside(fit.chosen[0].key)
     if verdict.effect == "none" or (verdict.effect == "unknown" and imitates):
         verdict.fit = search.plain
         return verdict
@@ -248,6 +258,28 @@ def first_judgement(search, fit):
         found = likeliest.get(named)
         verdict.fit = search.fit([found.chosen[-1], *found.chosen[:-1]]) if found else fit
     return verdict
+
+
+def with_outside(no_cause, probability):
+    """`none` and `unknown`, where something outside the catalogue has a probability."""
+    out = dict.fromkeys([("none", "none"), ("unknown", "none")], 0.0)
+    for p, *key in no_cause:
+        out[tuple(key)] += p
+    out["unknown", "none"] += probability
+    return [(p, *key) for key, p in out.items()]
+
+
+def without_outsiders(search, verdict):
+    """A further effect that is in no catalogue is not named: it goes to what the gap resembles."""
+    chosen = verdict.fit.chosen
+    kept = [c for c in chosen if not search.is_outside(c.key)]
+    if len(kept) == len(chosen):
+        return
+    for place, candidate in enumerate(chosen):
+        if place and candidate not in kept:
+            before = [c for c in chosen if c is not candidate]
+            verdict.resembles.append((verdict.known * verdict.further.pop(candidate.key), search.fit([*before, candidate])))
+    verdict.fit = search.fit(kept) if kept else search.plain
 
 
 def _by_effect(probabilities, fits):

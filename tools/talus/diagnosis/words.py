@@ -86,6 +86,13 @@ def cause(effect, joint, straight=False, own=()):
     return f"{plain} ({name(effect)}) at the {joint}"
 
 
+def likeness(one, straight=False):
+    """What a gap looks like: an entry of GAP.json's `resembles`."""
+    text = f"{one['title']}, at the {one['joint']}" + (f" ({one['size']})" if one["size"] else "")
+    closes = "" if one["closes"] is None else f"; that would close {100 * one['closes']:.0f} % of it"
+    return (linear(text) if straight else text) + closes
+
+
 def size(effect, parameters, straight=False):
     """How large an effect is: its parameters in words, of each order or mode; "" where there are none."""
     if effect not in EFFECTS:
@@ -139,6 +146,8 @@ def sentence(report):
         return f"The model explains these recordings down to their noise; no further effect is needed ({sure})."
     if verdict["effect"] == "unknown":
         head = f"A gap remains that no known effect explains ({sure})."
+        if report["resembles"]:
+            return f"{head} It looks like {likeness(report['resembles'][0], is_linear(report))}."
         if not report["effects"]:
             return head
         first = report["effects"][0]

@@ -5,7 +5,11 @@ from .camera import CAUSES
 
 # The catalogue's one entry for a tilt is that of a bench or of its encoders' zero: its `source` says which, if a camera tells.
 TILT, ZERO = ("gravity_tilt", "base"), ("encoder_offset", "knee")
+# Without a sensor at the output the catalogue has no wrong torque constant: identification takes it into masses and frictions, which
+# fit in proportion, and nothing is left.
+TAKEN_UP = {"torque_constant": ("none", "none")}
 LEAST = 0.05  # probability from which the other one stays open
+NAMED = 0.5  # probability from which a cause is said to be there
 PARTED = 0.9  # of the cases that stay open without a camera
 ALIGNED_mrad = 1.0  # to which a camera can be aligned with the bench
 
@@ -39,12 +43,21 @@ def read(report, truth):
     return words, exact, exact and not others and not verdict.get("withheld")
 
 
+def wrong(report, truth):
+    """Is a cause named that is not there, nor one that is told to be as likely?"""
+    if report is None or report["verdict"]["probability"] < NAMED:
+        return False
+    found, alike = named(report)
+    return found not in (truth, ("none", "none"), ("unknown", "none")) and truth[0] not in alike
+
+
 def judge(result):
     """All that is counted of one case."""
-    truth = result["effect"], result["joint"]
+    truth = TAKEN_UP.get(result["effect"], (result["effect"], result["joint"]))
     row = {"case": result["case"], "effect": result["effect"], "joint": result["joint"], "size": result["size"]}
     for name, report in (("without", result["without"]), ("with", result["report"])):
         row[name], row[f"exact_{name}"], row[f"alone_{name}"] = read(report, truth)
+    row["wrong_with"] = wrong(result["report"], truth)
     return row | {"camera_less_knee_mrad": result["camera_less_knee_mrad"]}
 
 
@@ -62,6 +75,7 @@ def bars(rows):
         rates("named exactly and alone, with a camera", (row["alone_with"] for row in rows)),
         rates("open without a camera: then named exactly and alone", (row["alone_with"] for row in still), least=PARTED),
         rates("named without a camera, and no longer with it", (not row["alone_with"] for row in rows if row["alone_without"]), most=0.0),
+        rates("with a camera: a cause named that is not there", (row["wrong_with"] for row in rows), most=0.0),
         rates("offset or tilt: the mean of camera less encoder says which", map(witnessed, zeros)),
     ]
 

@@ -45,3 +45,6 @@ class Effect:
 
     of_load_sensor: bool = False
     """An error of the torque sensor at the output itself."""
+
+    outside: bool = False
+    """It is in no catalogue (diagnosis/outside): a gap that it explains best is `unknown`."""

@@ -143,6 +143,7 @@ def _causes(out, report):
     with out.side_by_side():
         for number, effect in enumerate(report["effects"], 1):
             _effect(out, number, effect, report)
+    _resembles(out, report)
     _nearest(out, report)
     if report["confusable"]:
         rows = [[" and ".join(words.name(e) for e in one["effects"]), one["joint"], f"{one['separation']:.2f}"]
@@ -151,6 +152,17 @@ def _causes(out, report):
     if report["not_observable"]:
         rows = [[words.name(one["effect"]), one["joint"], one["why"]] for one in report["not_observable"]]
         out.table("What these recordings cannot show", ["effect", "joint", "why"], rows, words=True)
+
+
+def _resembles(out, report):
+    """What the gap looks like beyond the catalogue."""
+    if not report["resembles"]:
+        return
+    straight = words.is_linear(report)
+    text = lambda value: words.linear(value) if straight else value
+    rows = [[text(one["title"]), one["joint"], text(one["size"]), words.share(one["probability"]), "" if one["closes"] is None else f"{100 * one['closes']:.0f} %"]
+            for one in report["resembles"]]  # fmt: skip
+    out.table("What it looks like beyond the catalogue", ["like", "joint", "size", "probability", "of the gap"], rows, words=True)
 
 
 def _nearest(out, report):

@@ -1,0 +1,111 @@
+"""Causes that are in no catalogue (tools/talus/diagnosis/outside), against closed forms that are added to simulated recordings."""
+
+import os
+
+import numpy as np
+import pytest
+import talus
+from support import BUILD, REPOSITORY
+
+os.environ.setdefault("TALUS_BUILD", str(BUILD))
+
+from talus.diagnosis.effects import EFFECTS  # noqa: E402
+from talus.diagnosis.outside import OUTSIDE, hysteresis  # noqa: E402
+
+PENDULUM, LEG = REPOSITORY / "models/pendulum.yaml", REPOSITORY / "models/leg.yaml"
+NM_PER_A = 9 * 0.091  # of the pendulum's drive
+KNEE_NM_PER_A = 51 * 0.1031
+
+
+def dragged(q, travel):
+    """Deflection of a spring that slips at `travel` on either side, sample by sample."""
+    out = np.zeros(len(q))
+    for i in range(1, len(q)):
+        out[i] = min(max(out[i - 1] + q[i] - q[i - 1], -travel), travel)
+    return out
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_a_spring_that_slips_is_dragged_along_as_sample_by_sample(seed):
+    """On a walk that stands still now and then, and turns at single samples."""
+    random = np.random.default_rng(seed)
+    q = np.cumsum(random.standard_normal(2000) * (random.random(2000) < 0.7))
+    for travel in (0.1, 2.0, 50.0):
+        assert hysteresis.deflection(q, travel) == pytest.approx(dragged(q, travel), abs=1e-9)
+
+
+def test_a_motion_that_never_turns_or_never_moves():
+    assert hysteresis.deflection(np.linspace(0, 1, 11), 0.25)[[0, 2, 3, 10]] == pytest.approx([0, 0.2, 0.25, 0.25])
+    assert not hysteresis.deflection(np.full(5, 0.3), 0.1).any()
+
+
+def test_none_has_an_effects_id_and_each_says_what_it_is():
+    assert not OUTSIDE.keys() & EFFECTS.keys()
+    assert all(entry.outside and entry.words[0].islower() and not entry.words.endswith(".") for entry in OUTSIDE.values())
+    assert not any(effect.outside for effect in EFFECTS.values())
+
+
+# ---- found for what it is --------------------------------------------------------------
+
+
+def pendulum(added, truth=None):
+    """30 s of the pendulum; `added(t, q, v, torque)` more torque than its own, for the same motion."""
+    columns = dict(talus.simulate(truth or talus.read(PENDULUM), duration_s=30, seed=5).columns)
+    t, q, torque = columns["time_s"], columns["joint_rad"], NM_PER_A * columns["joint_current_A"]
+    smooth = np.convolve(np.gradient(q, t), np.full(9, 1 / 9), "same")
+    columns["joint_current_A"] = columns["joint_current_A"] + added(t, q, smooth, torque) / NM_PER_A
+    return talus.Recording(columns)
+
+
+ADDED = {
+    "hysteresis": lambda t, q, v, torque: 0.4 * dragged(q, 0.35) / 0.35,
+    "changed_load": lambda t, q, v, torque: 0.5 * np.sin(q) * (t >= 13.0),
+    "power_loss": lambda t, q, v, torque: 0.06 * torque * np.abs(v),
+    "gain_by_sign": lambda t, q, v, torque: 0.15 * np.abs(torque),
+    "dead_zone": lambda t, q, v, torque: 0.15 * np.tanh(torque / 0.1),
+    "vibration": lambda t, q, v, torque: 0.15 * np.sin(2 * np.pi * 3.37 * t + 1.0),
+}  # fmt: skip
+SIZES = {
+    "hysteresis": {"size_Nm": (0.4, 0.05), "travel_rad": (0.35, 0.05)},
+    "changed_load": {"at_s": (13.0, 0.2)},
+    "power_loss": {"size_Nm": (0.06, 0.006)},
+    "gain_by_sign": {"size_Nm": (0.15, 0.02)},
+    "dead_zone": {},
+    "vibration": {"frequency_Hz": (3.37, 0.005)},
+}
+
+
+@pytest.mark.parametrize("kind", ADDED)
+def test_a_gap_that_no_effect_makes_is_unknown_and_looks_like_what_it_is(kind):
+    found = talus.diagnose(PENDULUM, pendulum(ADDED[kind]))
+    assert found.verdict["effect"] == "unknown" and found.verdict["probability"] > 0.8 and not found.effects
+    first = found.report["resembles"][0]
+    assert (first["id"], first["joint"]) == (kind, "joint") and first["probability"] > 0.5
+    assert first["closes"] is None if kind == "vibration" else first["closes"] > 0.5  # what does not repeat is the noise of what does
+    for name, (size, within) in SIZES[kind].items():
+        assert abs(first["parameters"][name]) == pytest.approx(size, abs=within), name
+    assert f"It looks like {first['title']}" in str(found) and first["size"] in str(found)
+    assert kind not in {one["effect"] for one in [*found.report["nearest"], *found.report["not_observable"], *found.report["alternatives"]]}
+
+
+def test_beside_an_effect_it_is_told_and_is_none_of_the_effects():
+    stribeck = "effects: [{effect: stribeck, joint: joint, parameters: {extra_Nm: 0.3, speed_rad_s: 0.2, exponent: 1}}]"
+    truth = talus.Model.from_text(PENDULUM.read_text() + stribeck)
+    found = talus.diagnose(PENDULUM, pendulum(lambda *x: 0.1 * ADDED["hysteresis"](*x), truth))
+    assert [one["effect"] for one in found.effects] == ["stribeck"] and "hysteresis" not in found.model_text
+    assert "hysteresis" in {one["id"] for one in found.report["resembles"]} and "looks also like" in str(found)
+
+
+def test_where_nothing_is_added_nothing_is_resembled():
+    found = talus.diagnose(PENDULUM, pendulum(lambda t, q, v, torque: 0 * t))
+    assert found.verdict["effect"] == "none" and not found.report["resembles"]
+
+
+@pytest.mark.parametrize("kind, added", [("cross_talk", lambda c: 0.2 * c["ankle_current_A"]),
+                                         ("coupled_speeds", lambda c: 0.4 * np.gradient(c["ankle_joint_rad"], c["time_s"]) / KNEE_NM_PER_A)])  # fmt: skip
+def test_a_knee_that_follows_the_ankle(kind, added):
+    columns = dict(talus.simulate(talus.read(LEG), duration_s=20, seed=5).columns)
+    columns["knee_current_A"] = columns["knee_current_A"] + added(columns)
+    found = talus.diagnose(LEG, talus.Recording(columns))
+    assert found.verdict["effect"] == "unknown" and found.report["resembles"][0]["id"] == kind
+    assert found.report["resembles"][0]["joint"] == "knee"
