@@ -68,7 +68,7 @@ ADDED = {
 SIZES = {
     "hysteresis": {"size_Nm": (0.4, 0.05), "travel_rad": (0.35, 0.05)},
     "changed_load": {"at_s": (13.0, 0.2)},
-    "power_loss": {"size_Nm": (0.06, 0.006)},
+    "power_loss": {"size_Nm": (0.06, 0.009)},  # of a torque that holds the loss itself
     "gain_by_sign": {"size_Nm": (0.15, 0.02)},
     "dead_zone": {},
     "vibration": {"frequency_Hz": (3.37, 0.005)},

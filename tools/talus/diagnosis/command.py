@@ -178,7 +178,7 @@ def summary(found):
 
 def diagnose(options, step, own=()):
     """(diagnosis, model file's mapping, model); `own`: talus.Effects that are tried beside the catalogue's."""
-    effects = {**EFFECTS, **OUTSIDE, **entries(own)}
+    effects = {**EFFECTS, **({} if options.quick else OUTSIDE), **entries(own)}
     step("recordings")
     given, names, recordings, findings = read(options)
     findings = [*gate.findings(given, names, recordings), *findings]

@@ -1,5 +1,6 @@
 """Which effects: greedy over all candidates with a beam, every step judged on held-out blocks."""
 
+import contextlib
 import functools
 import gc
 
@@ -75,6 +76,8 @@ class Search:
         self.replicator = self.calibration = None
         self.camera_zero_rad = None  # how well the camera's zero is known against the bench; None: not at all
         self._irregular = {}
+        self.with_outsiders = None  # the fit where causes outside the catalogue may stand as well; None: none of them shows
+        self._scanned = (False,)  # whether causes outside the catalogue are looked for, effects, or both
         self.other_sets = []  # fits with as many effects as the chosen one, that came near it
         self.further = {}  # (effect, joint) of each further effect: probability that it is nothing
 
@@ -110,6 +113,15 @@ class Search:
     def is_outside(self, key):
         """Is an (effect, joint) in no catalogue?"""
         return self.dataset.effects[key[0]].outside
+
+    @contextlib.contextmanager
+    def with_outside(self, effects_too=True):
+        """Causes outside the catalogue are looked for, beside effects or alone."""
+        before, self._scanned = self._scanned, (False, True) if effects_too else (True,)
+        try:
+            yield
+        finally:
+            self._scanned = before
 
     def nothing(self, before, after):
         """Probability that what a step from one fit to another gains is nothing; 0 where there are no replicates."""
@@ -155,7 +167,8 @@ class Search:
     def scan(self, chosen, looking=False):
         """The best shape of every (effect, joint) beside the chosen ones, best first."""
         best, taken = {}, {c.key for c in chosen}
-        for fit in self.beside(chosen, [c for c in self.gram.candidates if c.key not in taken], looking):
+        there = [c for c in self.gram.candidates if c.key not in taken and self.is_outside(c.key) in self._scanned]
+        for fit in self.beside(chosen, there, looking):
             key = fit.chosen[-1].key
             if key not in best or fit.excess < best[key].excess:
                 best[key] = fit
@@ -285,8 +298,23 @@ class Search:
         calibration = self.replicator and self.calibration and self.replicator.beside(self, before)
         probability = calibration.nothing_of(before, after) if calibration else self.nothing(before, after)
         there = {c.key for c in before.chosen}
-        self.further |= {c.key: probability for c in after.chosen if c.key not in there}
+        self.further = self.further | {c.key: probability for c in after.chosen if c.key not in there}
         return probability > HALF
+
+    def something_alone(self):
+        """Single effects, best first, that are likelier something than nothing; none where the best is not worth an effect."""
+        singles = [fit for fit in self.singles() if self.nothing(self.plain, fit) < HALF]
+        return singles if singles and self.significant(self.plain, singles[0], 0.0) else []
+
+    def look_outside(self):
+        """The same search with causes outside the catalogue, where one of them shows."""
+        further, sets = self.further, self.other_sets
+        with self.with_outside():
+            singles = self.something_alone()
+            if any(self.is_outside(fit.chosen[0].key) and self.significant(self.plain, fit, 0.0) for fit in singles):
+                found = self.extended(singles)
+                self.with_outsiders = found if any(self.is_outside(c.key) for c in found.chosen) else None
+        self.further, self.other_sets = further, sets
 
     def extended(self, singles):
         """One to three effects, from the ranking of single ones."""
@@ -385,7 +413,7 @@ def search(dataset, base, step=lambda text, part=0.0: None, seed=1, replicated=T
     if replicated:
         second.calibrate(Replicator(sparse if dataset.at_motor else list, seed, step))
     step("combinations")
-    singles = [fit for fit in second.singles() if second.nothing(second.plain, fit) < HALF]
-    if not singles or not second.significant(second.plain, singles[0], 0.0):
-        return second, second.plain
-    return second, second.extended(singles)
+    singles = second.something_alone()
+    fit = second.extended(singles) if singles else second.plain
+    second.look_outside()
+    return second, fit

@@ -6,6 +6,7 @@ import numpy as np
 
 from . import tilt_source
 from .calibration import further
+from .outside.beside import Beyond
 from .calibration.stability import survives
 from .calibration.thresholds import (
     HALF,
@@ -39,7 +40,8 @@ class Verdict:
         self.fit, self.open_share = fit, open_share
         self.stable = None  # does it survive half the low-pass? None where nothing is named, or that was not tried
         self.further = {}  # (effect, joint): probability of each effect after the first
-        self.resembles = []  # [(probability, fit)] of what is outside the catalogue, each by the one that stands last in its fit
+        self.beyond = None  # outside.beside.Beyond: what could stand there that is in no catalogue
+        self.resembles = []  # [(probability, candidate)] of that
 
     def doubted(self):
         """The same where the named effect may be what the sensors did: no more likely than not. What it loses goes to `none` and
@@ -216,7 +218,8 @@ def judge(search, fit, half=None, sound=True):
         return verdict
     at_half = half() if half else None
     further.judged(search, verdict, at_half)
-    without_outsiders(search, verdict)
+    if verdict.beyond:
+        verdict.beyond.add_to(verdict)
     by_sensors = not sound or bool(search.calibration and search.calibration.outdone())
     if by_sensors:
         verdict.further = {key: min(p, UNSTABLE_AT_MOST) for key, p in verdict.further.items()}
@@ -233,23 +236,23 @@ def judge(search, fit, half=None, sound=True):
 
 def first_judgement(search, fit):
     """The same at the low-pass of the search."""
-    gap_remains = remaining(search)
+    gap_remains, beyond = remaining(search), Beyond(search, fit)
     if not fit.chosen:
-        return Verdict(no_effect(1.0, gap_remains), fit, 1.0 if gap_remains > 0.5 else 0.0)
+        gap_remains = max(gap_remains, beyond.probability)
+        verdict = Verdict(no_effect(1.0, gap_remains), fit, 1.0 if gap_remains > 0.5 else 0.0)
+        verdict.resembles = beyond.instead()
+        return verdict
     open_share = still_open(search, fit)
     unknown = logistic((math.log(max(open_share, 1e-4)) - math.log(HALF)) / LOGIT_WIDTH)
     little = left_of_the_whole(search, fit)
-    unknown = max(unknown, little)
+    unknown = max(unknown, little, beyond.probability)
     others, sets = rivals(search, fit), other_sets(search, fit)
     nothing = nothing_there(search, fit)
     probabilities, likeliest = _by_effect(shares(search, fit, others, sets), [*others, *sets])
-    each = {key: p * (1 - unknown) * (1 - nothing) for key, p in probabilities.items()}
-    outside = {key: each.pop(key) for key in list(each) if search.is_outside(key)}
     no_cause = without_cause(search, nothing, unknown, gap_remains)
-    verdict = Verdict([*((p, *key) for key, p in each.items()), *with_outside(no_cause, sum(outside.values()))], fit, open_share)
-    verdict.rivals = [*others, *sets]
-    verdict.resembles = sorted(((p, likeliest[key]) for key, p in outside.items()), key=lambda pair: -pair[0])
-    imitates = open_share > HALF or little > HALF or search.is_outside(fit.chosen[0].key)
+    verdict = Verdict([*((p * (1 - unknown) * (1 - nothing), *key) for key, p in probabilities.items()), *no_cause], fit, open_share)
+    verdict.rivals, verdict.beyond, verdict.resembles = [*others, *sets], beyond, beyond.instead()
+    imitates = max(open_share, little, beyond.probability) > HALF
     if verdict.effect == "none" or (verdict.effect == "unknown" and imitates):
         verdict.fit = search.plain
         return verdict
@@ -258,28 +261,6 @@ def first_judgement(search, fit):
         found = likeliest.get(named)
         verdict.fit = search.fit([found.chosen[-1], *found.chosen[:-1]]) if found else fit
     return verdict
-
-
-def with_outside(no_cause, probability):
-    """`none` and `unknown`, where something outside the catalogue has a probability."""
-    out = dict.fromkeys([("none", "none"), ("unknown", "none")], 0.0)
-    for p, *key in no_cause:
-        out[tuple(key)] += p
-    out["unknown", "none"] += probability
-    return [(p, *key) for key, p in out.items()]
-
-
-def without_outsiders(search, verdict):
-    """A further effect that is in no catalogue is not named: it goes to what the gap resembles."""
-    chosen = verdict.fit.chosen
-    kept = [c for c in chosen if not search.is_outside(c.key)]
-    if len(kept) == len(chosen):
-        return
-    for place, candidate in enumerate(chosen):
-        if place and candidate not in kept:
-            before = [c for c in chosen if c is not candidate]
-            verdict.resembles.append((verdict.known * verdict.further.pop(candidate.key), search.fit([*before, candidate])))
-    verdict.fit = search.fit(kept) if kept else search.plain
 
 
 def _by_effect(probabilities, fits):

@@ -28,12 +28,13 @@ SURE_BELOW, SURE_ABOVE = 0.5, 5.0  # widths from the nulls' middle, beyond which
 class Calibration:
     """Gains of the best shape of every (effect, joint): `own` {key: gain} in the recordings, `gains` [{key: gain}] in each replicate;
     `excess`: {kind: mean chi-square over its freedom that noise and reconstruction leave there}; of the torques the part that
-    is not noise is `reconstruction`. `least` is the gain that a search takes for an effect at all."""
+    is not noise is `reconstruction`. `least` is the gain that a search takes for an effect at all, `outside` are keys of causes outside
+    the catalogue: whether there is an effect does not depend on them."""
 
-    def __init__(self, own, gains, excess, noise_excess, least=FLOOR):
+    def __init__(self, own, gains, excess, noise_excess, least=FLOOR, outside=()):
         self.own, self.gains, self.excess, self.least = own, gains, excess, least
         self.reconstruction = max(sum(x for kind, x in excess.items() if kind[0] == "T") - noise_excess, 0.0)
-        self.keys = sorted(set(own).union(*gains))
+        self.keys = sorted(set(own).union(*gains) - set(outside))
 
     def width(self, key):
         """(mean, width) of the logarithm of an (effect, joint)'s gain where nothing is hidden."""
@@ -46,7 +47,11 @@ class Calibration:
 
     def most_widths(self):
         """Of the (effect, joint) that stands out most."""
-        return max((self.widths(key, gain) for key, gain in self.own.items()), default=0.0)
+        return max((self.widths(key, gain) for key, gain in self._known(self.own).items()), default=0.0)
+
+    def _known(self, gains):
+        """Of the catalogue's effects alone."""
+        return {key: gains[key] for key in self.keys if key in gains}
 
     def nothing(self, key, gain):
         """Probability that an (effect, joint)'s gain is nothing but noise and reconstruction; it is one of many."""
@@ -65,7 +70,7 @@ class Calibration:
         that, by each effect's own beside its own there: then the readings did not do it. What is less than a search would name is
         hardly a gap: a drive that sees its encoder's steps, say, gives several effects a little that replicates do not have, but
         none of them much."""
-        own = () if self.outdone() else (self._probability(*self._beside(key), max(len(self.keys), 1)) for key in self.own)
+        own = () if self.outdone() else (self._probability(*self._beside(key), max(len(self.keys), 1)) for key in self._known(self.own))
         return min([self._probability(*self._largest(), 1), *own])
 
     def _beside(self, key):
@@ -78,7 +83,7 @@ class Calibration:
         return self._largest()[0] < OUTDONE_BELOW
 
     def _largest(self):
-        return self._widths_of([max(max(gains.values(), default=0.0), 0.0) for gains in (self.own, *self.gains)])
+        return self._widths_of([max(max(self._known(gains).values(), default=0.0), 0.0) for gains in (self.own, *self.gains)])
 
     def _widths_of(self, gains):
         logs = [math.log(gain + self.least) for gain in gains]
@@ -118,7 +123,8 @@ class Replicator:
             if len(found) < 2:
                 return None
             excess = {kind: float(np.mean([e[kind] for _, e in found])) for kind in search.dataset.kinds}
-            out = Calibration(own, [gains for gains, _ in found], excess, source.noise_excess(), search.detection_threshold)
+            out = Calibration(own, [gains for gains, _ in found], excess, source.noise_excess(), search.detection_threshold,
+                              {key for gains in (own, *(gains for gains, _ in found)) for key in gains if search.is_outside(key)})  # fmt: skip
             if not SURE_BELOW < out.most_widths() < SURE_ABOVE:
                 break
         return out
@@ -144,7 +150,9 @@ def gains_beside(search, chosen):
     """{(effect, joint): what its best shape gains beside the chosen effects, of the grid's or, while much is left, downhill of these}."""
     before, there, gains = search.fit(chosen).excess, {c.key for c in chosen}, {}
     found = search.scan(chosen)
-    for fit in [*found, *(search.led_to(chosen, found[0].excess) if found else [])]:
+    with search.with_outside(effects_too=False):
+        outside = search.scan(chosen)
+    for fit in [*found, *(search.led_to(chosen, found[0].excess) if found else []), *outside]:
         key = fit.chosen[-1].key
         if key not in there:
             gains[key] = max(gains.get(key, -np.inf), before - fit.excess)

@@ -13,8 +13,7 @@ PARTS = ("inertia", "load", "stiffness_Nm_rad")
 def load(terms, joint, at_s):
     """What is added from an instant of each recording on: an inertia, a share of the load, and a force that goes with the angle."""
     after = terms.t_s - terms.processed.recording.origin.begin_s >= at_s
-    q = np.zeros_like(terms.q[joint]) if terms.dataset.velocity_only else terms.q[joint]
-    return np.array([terms.a[joint], terms.instants(joint)["load_Nm"], q]) * after
+    return np.array([terms.a[joint], terms.instants(joint)["load_Nm"], terms.q[joint]]) * after
 
 
 def candidates(at):

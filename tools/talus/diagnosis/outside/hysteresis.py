@@ -34,8 +34,6 @@ def force(terms, joint, travel):
 
 
 def candidates(at):
-    if at.dataset.velocity_only:
-        return
     half_range = at.extent.half_range[at.number]
 
     def one(travel):

@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 
+from ..calibration.replicates import replicable
 from ..catalogue.candidate import Candidate, named
 from ..effects.entry import Effect
 
@@ -32,5 +33,10 @@ def candidate(effect, at, law, strengths=("size_Nm",), family=None, **shape):
 
 
 def entry(name, words, candidates, size=lambda parameters: ""):
-    """An entry of this folder; `candidates(at)` is asked at every joint, `size` says how large it is."""
-    return Effect(id=name, words=words, candidates=candidates, size=size, outside=True)
+    """An entry of this folder; `candidates(at)` is asked at every joint, `size` says how large it is. Laws as rough as these are trusted
+    only where replicates say what they gain from nothing."""
+
+    def tried(at):
+        return candidates(at) if replicable(at.dataset) else ()
+
+    return Effect(id=name, words=words, candidates=tried, size=size, outside=True)

@@ -4,16 +4,15 @@ LEAST = 0.05  # probability from which a likeness is told
 
 
 def resembles(search, verdict):
-    """What of it is how probable, and what share of the plain model's excess it closes, alone or beside
-    the effects that are named; None where repeats take it for noise, so that there is no excess."""
-    return [_entry(search, verdict, probability, fit) for probability, fit in verdict.resembles if probability >= LEAST]
+    """What of it is how probable, and what share of the plain model's excess it closes, alone or beside the effects that are named;
+    None where repeats take it for noise, so that there is no excess."""
+    beside = verdict.fit.chosen if verdict.effect != "unknown" else []
+    return [_entry(search, beside, probability, candidate) for probability, candidate in verdict.resembles if probability >= LEAST]
 
 
-def _entry(search, verdict, probability, fit):
-    candidate, effect = fit.chosen[-1], search.dataset.effects[fit.chosen[-1].effect]
-    parameters = candidate.parameters(fit.strengths[-1])
-    beside = fit.chosen[:-1] if verdict.effect != "unknown" else []
-    gain = search.fit(beside).excess - search.fit([*beside, candidate]).excess
+def _entry(search, beside, probability, candidate):
+    effect, fit = search.dataset.effects[candidate.effect], search.fit([*beside, candidate])
+    parameters, gain = candidate.parameters(fit.strengths[-1]), search.fit(beside).excess - fit.excess
     return {"id": effect.id, "title": effect.words, "joint": candidate.joint, "probability": probability,
             "closes": max(min(gain / search.plain.excess, 1.0), 0.0) if search.plain.excess > 0 else None,
             "size": effect.size(parameters), "parameters": parameters}  # fmt: skip

@@ -1,0 +1,48 @@
+"""How likely is what is outside the catalogue, beside its effects?"""
+
+import math
+
+from ..calibration.thresholds import HALF, LOGIT_WIDTH
+
+
+class Beyond:
+    """The set of effects that may hold causes outside the catalogue, beside the one that holds effects alone. `probability`: that the
+    gap is such a cause, and the named effect its imitation."""
+
+    def __init__(self, search, fit):
+        self.search, self.fit, self.other = search, fit, search.with_outsiders
+        self.first = next((c for c in self.other.chosen if search.is_outside(c.key)), None) if self.other else None
+        self.takes = self._share_taken() if self.first else 0.0
+        self.probability = self._probability() if self.first else 0.0
+
+    def _share_taken(self):
+        """Probability by the share that the other set closes of what the effects leave above the floor: at half of it, as likely as
+        not."""
+        floor = sum(self.search.floor_of.values())
+        mine, theirs = (max(one.excess, floor) for one in (self.fit, self.other))
+        if theirs >= mine:
+            return 0.0
+        return 1.0 / (1.0 + ((theirs / (mine - theirs)) * (1.0 - HALF) / HALF) ** (1.0 / LOGIT_WIDTH))
+
+    def _probability(self):
+        if not self.fit.chosen:
+            return 1.0 - self.search.nothing(self.search.plain, self.search.fit([self.first]))
+        return 0.0 if self._has_the_named() else self.takes
+
+    def _has_the_named(self):
+        """Does the named effect stand in front of the other set, too?"""
+        return bool(self.fit.chosen) and self.other.chosen[0].key == self.fit.chosen[0].key
+
+    def instead(self):
+        """[(probability, candidate)] of what stands in the effects' place."""
+        return [(self.probability, self.first)] if self.first and self.probability > 0 else []
+
+    def add_to(self, verdict):
+        """What stands beside the named effect is told, and in the place of a further one it takes that one's probability."""
+        if not self.first or not self._has_the_named():
+            return
+        there = {c.key for c in self.other.chosen}
+        for key in set(verdict.further) - there:
+            verdict.further[key] *= 1.0 - self.takes
+        outside = [c for c in self.other.chosen if self.search.is_outside(c.key)]
+        verdict.resembles = [(verdict.known * self.takes, c) for c in outside]
