@@ -8,6 +8,8 @@ TILT, ZERO = ("gravity_tilt", "base"), ("encoder_offset", "knee")
 # Without a sensor at the output the catalogue has no wrong torque constant: identification takes it into masses and frictions, which
 # fit in proportion, and nothing is left.
 TAKEN_UP = {"torque_constant": ("none", "none")}
+OTHER = {"encoder_offset": "gravity_tilt", "elasticity": "base_compliance", "torque_constant": "linkage_error"}  # of each pair
+OTHER |= {second: first for first, second in OTHER.items()}
 LEAST = 0.05  # probability from which the other one stays open
 NAMED = 0.5  # probability from which a cause is said to be there
 PARTED = 0.9  # of the cases that stay open without a camera
@@ -34,13 +36,13 @@ def rivals(report):
 
 
 def read(report, truth):
-    """(words, named exactly, named with nothing beside it) of one report."""
+    """(words, named exactly, named with nothing beside it, effects that it could as well be) of one report."""
     if report is None:
-        return "failed", False, False
+        return "failed", False, False, []
     verdict, (found, _), others = report["verdict"], named(report), rivals(report)
     exact = found == truth
     words = " or ".join([f"{found[0]} {verdict['probability']:.2f}", *others])
-    return words, exact, exact and not others and not verdict.get("withheld")
+    return words, exact, exact and not others and not verdict.get("withheld"), others
 
 
 def wrong(report, truth):
@@ -56,7 +58,8 @@ def judge(result):
     truth = TAKEN_UP.get(result["effect"], (result["effect"], result["joint"]))
     row = {"case": result["case"], "effect": result["effect"], "joint": result["joint"], "size": result["size"]}
     for name, report in (("without", result["without"]), ("with", result["report"])):
-        row[name], row[f"exact_{name}"], row[f"alone_{name}"] = read(report, truth)
+        row[name], row[f"exact_{name}"], row[f"alone_{name}"], others = read(report, truth)
+        row[f"apart_{name}"] = row[f"exact_{name}"] and OTHER.get(result["effect"]) not in others
     row["wrong_with"] = wrong(result["report"], truth)
     return row | {"camera_less_knee_mrad": result["camera_less_knee_mrad"]}
 
@@ -70,10 +73,12 @@ def bars(rows):
     """What is demanded of all cases together."""
     zeros = [row for row in rows if row["effect"] in ("encoder_offset", "gravity_tilt")]
     still = [row for row in rows if not row["alone_without"]]
+    paired = [row for row in rows if row["effect"] in OTHER and not row["apart_without"]]
     return [
         rates("named exactly and alone, without a camera", (row["alone_without"] for row in rows)),
         rates("named exactly and alone, with a camera", (row["alone_with"] for row in rows)),
         rates("open without a camera: then named exactly and alone", (row["alone_with"] for row in still), least=PARTED),
+        rates("not told from its pair's other without a camera: then told", (row["apart_with"] for row in paired), least=PARTED),
         rates("named without a camera, and no longer with it", (not row["alone_with"] for row in rows if row["alone_without"]), most=0.0),
         rates("with a camera: a cause named that is not there", (row["wrong_with"] for row in rows), most=0.0),
         rates("offset or tilt: the mean of camera less encoder says which", map(witnessed, zeros)),

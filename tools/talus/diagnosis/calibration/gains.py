@@ -108,11 +108,17 @@ class Replicator:
     """Makes calibrations of one search: its candidates, seed, and how it tells its progress."""
 
     def __init__(self, choose, seed, step):
-        self.choose, self.seed, self.step = choose, seed, step
+        self.choose, self.seed, self.step, self._made = choose, seed, step, {}
 
     def beside(self, search, fit):
         """Calibration of one more effect beside those of a fit (of the first one beside none), or None where the recordings cannot
         be simulated with these."""
+        key = tuple((candidate.key, candidate.shape) for candidate in fit.chosen)
+        if key not in self._made:
+            self._made[key] = self._beside(search, fit)
+        return self._made[key]
+
+    def _beside(self, search, fit):
         base = search.gram.fold_strengths(search.columns(fit.chosen))[-1][:search.dataset.bases]
         source = replicates.Source.of(search.dataset, base, fit.chosen, fit.strengths)
         if source is None:

@@ -11,7 +11,7 @@ from ..words import name as effect_name
 from . import camera
 from .gain import Contest, Explanation
 from .menu import ANY_MOTION, LONGEST_S, MARGIN, TRAJECTORIES, beyond, by_effect
-from .path import Limits, after, held
+from .path import Limits, after, held, length_s
 from .planned import PAYLOAD_KG, Planned
 from .words import figure, listed, margins, to_text, told
 
@@ -106,10 +106,12 @@ def temperature_of(search, fit):
 
 
 def plan(search, make, limits, loaded=False):
-    """(path, planned) of one entry within the recorded torque, slower where need be; None where it cannot be."""
+    """(path, planned) of one entry within the recorded torque, slower where need be; None where it cannot be, or takes too long."""
     slower = limits
     for _ in range(3):
         q = held(make(slower))
+        if length_s(q) > LONGEST_S:
+            return None
         planned = Planned(search, q, loaded)
         if planned.terms.processed.parts and np.all(planned.torque() <= limits.torque):
             return q, planned

@@ -36,6 +36,11 @@ class Limits:
         return out
 
 
+def length_s(q):
+    """Of a path."""
+    return (q.shape[1] - 1) * STEP_S
+
+
 def smoothed(q, width_s):
     """Corners rounded over `width_s`; straight stretches stay as they are."""
     n = max(3, 2 * int(0.5 * width_s / STEP_S) + 1)

@@ -10,7 +10,7 @@ from .. import noise
 from ..torque_terms import TorqueTerms
 from ..processed_recording import ProcessedRecording
 from ..numerics import interpolated
-from .path import STEP_S
+from .path import STEP_S, length_s
 
 PAYLOAD_KG = 1.0
 HEAVIER, MORE = ("inertia_kg_m2", "mass_kg", "gravity_moment_kg_m"), 1.5  # what a load at a single joint changes, and by what
@@ -76,7 +76,7 @@ class Planned:
         if loaded:
             base, self.dataset.model = with_payload(search.dataset, search.all_terms[0].model)
         self.terms = TorqueTerms(self.dataset, 0, base)
-        self.length_s = (q.shape[1] - 1) * STEP_S
+        self.length_s = length_s(q)
 
     def torque(self):
         """Largest motor torque of each joint."""
