@@ -84,6 +84,17 @@ def test_two_machines(tmp_path, sound):
     assert [f.id for f in found] == ["other_machine"]
 
 
+def test_a_machine_that_changes_within_a_file_is_no_other_one(sound):
+    """Its stretches are recordings of their own: a payload that comes on between them is a cause, not another machine."""
+    model, (one, _) = sound["pendulum"]
+    loaded = talus.Recording(dict(one.columns) | {"joint_current_A": 3 * one.columns["joint_current_A"]})
+    names = ["a.csv, 0 to 20 s", "a.csv, 60 to 80 s"]
+    assert "other_machine" in [f.id for f in gate.findings(model, names, [one, loaded])]
+    for stretch in (one_of := talus.Recording(dict(one.columns)), loaded):
+        stretch.origin = talus.recording.Origin("a.csv", stretch.t[0], 80.0)
+    assert "other_machine" not in [f.id for f in gate.findings(model, names, [one_of, loaded])]
+
+
 def test_slow_ramps_do_not_speak_against_what_a_fast_motion_tells(tmp_path):
     """Ramps know nothing of an inertia: what they ask for is noise and the unmodelled drag, times whatever it takes."""
     model = talus.Model.read(REPOSITORY / "models/pendulum.yaml")

@@ -123,7 +123,7 @@ def joint_findings(model, names, recordings, joint):
             yield Finding(best[2].id, True, _column(model, joint, best[2]),
                           f"the {name}'s torque terms are up to {np.exp(far):.0f} times off those of the model file, as if {best[2].words}",
                           best[2].remedy)  # fmt: skip
-    yield from _other_machine(name, names, every)
+    yield from _other_machine(name, names, every, [recording.origin.path for recording in recordings])
 
 
 def _tried(model, recordings, joint, rows):
@@ -185,12 +185,15 @@ def _unsigned(name, rows, left):
     return None
 
 
-def _other_machine(name, names, every):
+def _other_machine(name, names, every, files):
     """Recordings that one set of parameters cannot serve, though each by itself is well served. Both are fitted together: what
-    slow ramps do not tell, an inertia above all, they do not speak against."""
+    slow ramps do not tell, an inertia above all, they do not speak against. Two stretches of one of the `files` are of one machine: where
+    they differ, it has changed, and that is a cause to be found."""
     fits = [(k, rows, fitted(rows)[1]) for k, rows in enumerate(every) if rows is not None]
     for i, rows, left in fits:
         for k, others, others_left in fits[:i]:
+            if files[i] is not None and files[i] == files[k]:
+                continue
             together = left_together([rows, others], [left, others_left])
             excess = [t - OTHER_RESIDUAL * own for t, own in zip(together, (left, others_left))]
             if max(excess) > OTHER_SHARE:
