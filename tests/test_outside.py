@@ -1,6 +1,7 @@
 """Causes that are in no catalogue (tools/talus/diagnosis/outside), against closed forms that are added to simulated recordings."""
 
 import os
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -9,8 +10,9 @@ from support import BUILD, REPOSITORY
 
 os.environ.setdefault("TALUS_BUILD", str(BUILD))
 
+from talus.diagnosis.calibration.thresholds import UNSTABLE_AT_MOST  # noqa: E402
 from talus.diagnosis.effects import EFFECTS  # noqa: E402
-from talus.diagnosis.outside import OUTSIDE, hysteresis  # noqa: E402
+from talus.diagnosis.outside import OUTSIDE, beside, hysteresis  # noqa: E402
 
 PENDULUM, LEG = REPOSITORY / "models/pendulum.yaml", REPOSITORY / "models/leg.yaml"
 NM_PER_A = 9 * 0.091  # of the pendulum's drive
@@ -43,6 +45,49 @@ def test_none_has_an_effects_id_and_each_says_what_it_is():
     assert not OUTSIDE.keys() & EFFECTS.keys()
     assert all(entry.outside and entry.words[0].islower() and not entry.words.endswith(".") for entry in OUTSIDE.values())
     assert not any(effect.outside for effect in EFFECTS.values())
+
+
+# ---- how likely it is ------------------------------------------------------------------
+
+
+def cause(name):
+    return SimpleNamespace(key=(name, "joint"))
+
+
+def fit(excess, *names):
+    return SimpleNamespace(chosen=[cause(name) for name in names], excess=excess)
+
+
+def beyond(mine, theirs, by_sensors=False, nothing=0.2):
+    search = SimpleNamespace(with_outsiders=theirs, floor_of={"T0": 100.0}, is_outside=lambda key: key[0] == "hose", plain=fit(9000.0),
+                             nothing=lambda before, after: nothing, fit=lambda chosen: fit(0.0, *(c.key[0] for c in chosen)))  # fmt: skip
+    return beside.Beyond(search, mine, by_sensors)
+
+
+@pytest.mark.parametrize(("left", "likely"), [(1000.0, 0.0), (750.0, 0.042), (500.0, 0.5), (250.0, 0.958), (100.0, 0.998), (-300.0, 0.998), (1200.0, 0.0)])
+def test_half_of_what_the_catalogue_leaves_is_as_likely_as_not(left, likely):
+    """1 / (1 + ((1 - x)/x)^(1/0.35)), x the share that is closed of 1000; no less than the floor of 100 is left."""
+    found = beyond(fit(1000.0, "spring"), fit(left, "hose", "spring"))
+    assert found.probability == pytest.approx(likely, abs=1e-3) and found.instead() == ([(found.probability, found.first)] if likely else [])
+
+
+def test_what_may_be_the_sensors_work_is_no_likelier_than_not():
+    assert beyond(fit(1000.0, "spring"), fit(100.0, "hose"), by_sensors=True).probability == UNSTABLE_AT_MOST
+    assert beyond(fit(1000.0), fit(100.0, "hose"), by_sensors=True).probability == UNSTABLE_AT_MOST
+
+
+def test_without_an_effect_replicates_decide_and_without_a_cause_there_is_none():
+    assert beyond(fit(1000.0), fit(900.0, "hose"), nothing=0.3).probability == pytest.approx(0.7)
+    assert beyond(fit(1000.0), None).probability == beyond(fit(1000.0, "spring"), None).probability == 0.0
+
+
+def test_the_effect_in_front_of_both_stays_and_one_that_the_cause_replaces_loses():
+    found = beyond(fit(1000.0, "spring", "delay"), fit(500.0, "spring", "hose"))
+    verdict = SimpleNamespace(further={("delay", "joint"): 0.8}, known=0.9, resembles=[])
+    found.add_to(verdict)
+    assert found.probability == 0.0 and verdict.further == {("delay", "joint"): pytest.approx(0.4)}
+    ((probability, told),) = verdict.resembles
+    assert probability == pytest.approx(0.45) and told.key == ("hose", "joint")
 
 
 # ---- found for what it is --------------------------------------------------------------

@@ -2,18 +2,20 @@
 
 import math
 
-from ..calibration.thresholds import HALF, LOGIT_WIDTH
+from ..calibration.thresholds import HALF, LOGIT_WIDTH, UNSTABLE_AT_MOST
 
 
 class Beyond:
     """The set of effects that may hold causes outside the catalogue, beside the one that holds effects alone. `probability`: that the
-    gap is such a cause, and the named effect its imitation."""
+    gap is such a cause, and the named effect its imitation; what may be the sensors' work (`by_sensors`) is no likelier than not."""
 
-    def __init__(self, search, fit):
+    def __init__(self, search, fit, by_sensors):
         self.search, self.fit, self.other = search, fit, search.with_outsiders
         self.first = next((c for c in self.other.chosen if search.is_outside(c.key)), None) if self.other else None
         self.takes = self._share_taken() if self.first else 0.0
         self.probability = self._probability() if self.first else 0.0
+        if by_sensors:
+            self.probability = min(self.probability, UNSTABLE_AT_MOST)
 
     def _share_taken(self):
         """Probability by the share that the other set closes of what the effects leave above the floor: at half of it, as likely as

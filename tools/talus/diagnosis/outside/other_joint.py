@@ -40,9 +40,11 @@ def of(name, law, shapes=({},), strengths=("size",)):
 
 
 ENTRIES = [
-    entry("coupled_angles", "a torque that goes with the other joint's angle, as of a cable over both", of("coupled_angles", angles, [{"own": x} for x in OWN_SHARES])),
+    entry("coupled_angles", "a torque that goes with the other joint's angle, as of a cable over both",
+          of("coupled_angles", angles, [{"own": x} for x in OWN_SHARES])),
     entry("coupled_speeds", "a torque that goes with the other joint's speed", of("coupled_speeds", speed)),
     entry("product_of_speeds", "a torque that goes with the product of both joints' speeds", of("product_of_speeds", product_of_speeds)),
     entry("cross_talk", "a current reading that shows the other joint's", of("cross_talk", torque)),
-    entry("coupled_friction", "friction that goes with the other joint's angle", of("coupled_friction", friction, strengths=("linear_Nm_rad", "square_Nm_rad2"))),
-]
+    entry("coupled_friction", "friction that goes with the other joint's angle",
+          of("coupled_friction", friction, strengths=("linear_Nm_rad", "square_Nm_rad2"))),
+]  # fmt: skip
