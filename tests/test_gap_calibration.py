@@ -93,7 +93,7 @@ def test_an_effect_is_doubted_where_the_replicates_gain_nearly_as_much_by_anothe
     """What the readings do to the one there they may do to the other here."""
     other, nulls = ("elasticity", "joint"), (3700.0, 3500.0, 4000.0)
     surely = [(0.99, *KEY), (0.01, "none", "none")]
-    monkeypatch.setattr(verdict, "first_judgement", lambda search, fit, by_sensors: verdict.Verdict(surely, fit, 0.1))
+    monkeypatch.setattr(verdict, "first_judgement", lambda search, fit, sound: verdict.Verdict(surely, fit, 0.1))
     for own, doubted in ((3300.0, True), (4500.0, True), (40_000.0, False)):
         found = Calibration({KEY: 2800.0, other: own}, [{other: gain} for gain in nulls], {"T0": 0.0}, 0.0)
         judged = verdict.judge(SimpleNamespace(calibration=found), SimpleNamespace(chosen=[SimpleNamespace(key=KEY)]))

@@ -12,7 +12,7 @@ os.environ.setdefault("TALUS_BUILD", str(BUILD))
 
 from talus.diagnosis.calibration.thresholds import UNSTABLE_AT_MOST  # noqa: E402
 from talus.diagnosis.effects import EFFECTS  # noqa: E402
-from talus.diagnosis.outside import OUTSIDE, beside, hysteresis  # noqa: E402
+from talus.diagnosis.outside import OUTSIDE, beside, held_reading, hysteresis  # noqa: E402
 
 PENDULUM, LEG = REPOSITORY / "models/pendulum.yaml", REPOSITORY / "models/leg.yaml"
 NM_PER_A = 9 * 0.091  # of the pendulum's drive
@@ -47,6 +47,17 @@ def test_none_has_an_effects_id_and_each_says_what_it_is():
     assert not any(effect.outside for effect in EFFECTS.values())
 
 
+def test_readings_that_stay_the_same_for_longer_than_chance_has_it():
+    """Noise of one step: each reading is the one before it in a quarter of cases, and some runs have four or five by chance."""
+    random = np.random.default_rng(4)
+    x = np.round(1.6 * random.standard_normal(4000))
+    assert 0.1 < np.mean(np.diff(x) == 0) < 0.3 and held_reading.held(x) == []
+    x[1000:1030], x[2000:2015] = x[1000], x[2000]
+    (first, _), (second, _) = held_reading.held(x)
+    assert abs(first - 1000) <= 2 and abs(second - 2000) <= 2
+    assert held_reading.held(random.standard_normal(500)) == []
+
+
 # ---- how likely it is ------------------------------------------------------------------
 
 
@@ -58,10 +69,10 @@ def fit(excess, *names):
     return SimpleNamespace(chosen=[cause(name) for name in names], excess=excess)
 
 
-def beyond(mine, theirs, by_sensors=False, nothing=0.2):
-    search = SimpleNamespace(with_outsiders=theirs, floor_of={"T0": 100.0}, is_outside=lambda key: key[0] == "hose", plain=fit(9000.0),
-                             nothing=lambda before, after: nothing, fit=lambda chosen: fit(0.0, *(c.key[0] for c in chosen)))  # fmt: skip
-    return beside.Beyond(search, mine, by_sensors)
+def beyond(mine, theirs, sound=True, nothing=0.2, outdone=False):
+    search = SimpleNamespace(with_outsiders=theirs, floor_of={"T0": 100.0}, detection_threshold=40.0, is_outside=lambda key: key[0] == "hose", plain=fit(9000.0),
+                             nothing=lambda before, after: nothing, calibration=SimpleNamespace(outdone=lambda gain: outdone), fit=lambda chosen: fit(0.0, *(c.key[0] for c in chosen)))  # fmt: skip
+    return beside.Beyond(search, mine, sound)
 
 
 @pytest.mark.parametrize(("left", "likely"), [(1000.0, 0.0), (750.0, 0.042), (500.0, 0.5), (250.0, 0.958), (100.0, 0.998), (-300.0, 0.998), (1200.0, 0.0)])
@@ -71,9 +82,16 @@ def test_half_of_what_the_catalogue_leaves_is_as_likely_as_not(left, likely):
     assert found.probability == pytest.approx(likely, abs=1e-3) and found.instead() == ([(found.probability, found.first)] if likely else [])
 
 
+def test_a_simpler_set_that_leaves_less_need_not_stand_above_the_floor():
+    """A hose alone for a spring and a friction that builds up."""
+    assert beyond(fit(90.0, "spring", "presliding"), fit(45.0, "hose")).probability == pytest.approx(0.5)
+    assert beyond(fit(90.0, "spring", "presliding"), fit(10.0, "hose")).probability == pytest.approx(1 / (1 + 0.8 ** (1 / 0.35)))
+    assert beyond(fit(90.0, "spring", "presliding"), fit(45.0, "hose", "delay")).probability == 0.0
+
+
 def test_what_may_be_the_sensors_work_is_no_likelier_than_not():
-    assert beyond(fit(1000.0, "spring"), fit(100.0, "hose"), by_sensors=True).probability == UNSTABLE_AT_MOST
-    assert beyond(fit(1000.0), fit(100.0, "hose"), by_sensors=True).probability == UNSTABLE_AT_MOST
+    assert beyond(fit(1000.0, "spring"), fit(100.0, "hose"), sound=False).probability == UNSTABLE_AT_MOST
+    assert beyond(fit(1000.0), fit(100.0, "hose"), outdone=True).probability == UNSTABLE_AT_MOST
 
 
 def test_without_an_effect_replicates_decide_and_without_a_cause_there_is_none():
@@ -98,8 +116,16 @@ def pendulum(added, truth=None):
     columns = dict(talus.simulate(truth or talus.read(PENDULUM), duration_s=30, seed=5).columns)
     t, q, torque = columns["time_s"], columns["joint_rad"], NM_PER_A * columns["joint_current_A"]
     smooth = np.convolve(np.gradient(q, t), np.full(9, 1 / 9), "same")
-    columns["joint_current_A"] = columns["joint_current_A"] + added(t, q, smooth, torque) / NM_PER_A
+    columns["joint_current_A"] = np.round(columns["joint_current_A"] + added(t, q, smooth, torque) / NM_PER_A, 9)
     return talus.Recording(columns)
+
+
+def frozen(x):
+    """Readings that hang for a tenth of a second, once in a second or so."""
+    out, random = x.copy(), np.random.default_rng(8)
+    for begin in np.cumsum(random.integers(100, 400, 25)):
+        out[begin:begin + 25] = x[begin]
+    return out[:len(x)]
 
 
 ADDED = {
@@ -108,6 +134,7 @@ ADDED = {
     "power_loss": lambda t, q, v, torque: 0.06 * torque * np.abs(v),
     "gain_by_sign": lambda t, q, v, torque: 0.15 * np.abs(torque),
     "dead_zone": lambda t, q, v, torque: 0.15 * np.tanh(torque / 0.1),
+    "held_reading": lambda t, q, v, torque: frozen(torque) - torque,
     "vibration": lambda t, q, v, torque: 0.15 * np.sin(2 * np.pi * 3.37 * t + 1.0),
 }  # fmt: skip
 SIZES = {
@@ -116,6 +143,7 @@ SIZES = {
     "power_loss": {"size_Nm": (0.06, 0.009)},  # of a torque that holds the loss itself
     "gain_by_sign": {"size_Nm": (0.15, 0.02)},
     "dead_zone": {},
+    "held_reading": {"share": (1.0, 0.1)},
     "vibration": {"frequency_Hz": (3.37, 0.005)},
 }
 

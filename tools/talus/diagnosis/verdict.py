@@ -213,14 +213,14 @@ def judge(search, fit, half=None, sound=True):
     """The verdict on a search's outcome, and the fit with the named effect in front. `half` makes the dataset through half the
     low-pass, at which a named effect must show as well. It may stand for what the sensors did where these are not `sound` (they
     leave the inertia unknown, or half the low-pass untried), and where replicates gain more than the recordings."""
-    by_sensors = not sound or bool(search.calibration and search.calibration.outdone())
-    verdict = first_judgement(search, fit, by_sensors)
+    verdict = first_judgement(search, fit, sound)
     if not verdict.fit.chosen:
         return verdict
     at_half = half() if half else None
     further.judged(search, verdict, at_half)
     if verdict.beyond:
         verdict.beyond.add_to(verdict)
+    by_sensors = not sound or bool(search.calibration and search.calibration.outdone())
     if by_sensors:
         verdict.further = {key: min(p, UNSTABLE_AT_MOST) for key, p in verdict.further.items()}
     if verdict.effect == "unknown":
@@ -234,9 +234,9 @@ def judge(search, fit, half=None, sound=True):
     return verdict
 
 
-def first_judgement(search, fit, by_sensors):
+def first_judgement(search, fit, sound):
     """The same at the low-pass of the search."""
-    gap_remains, beyond = remaining(search), Beyond(search, fit, by_sensors)
+    gap_remains, beyond = remaining(search), Beyond(search, fit, sound)
     if not fit.chosen:
         gap_remains = max(gap_remains, beyond.probability)
         verdict = Verdict(no_effect(1.0, gap_remains), fit, 1.0 if gap_remains > 0.5 else 0.0)

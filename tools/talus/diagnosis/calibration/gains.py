@@ -77,13 +77,14 @@ class Calibration:
         """(widths above the replicates', width) of an (effect, joint)'s gain, none counted below what a search takes for one."""
         return self._widths_of([max(gains.get(key, 0.0), 0.0) for gains in (self.own, *self.gains)])
 
-    def outdone(self):
-        """Do the replicates' largest gains come near that of the recordings? What the readings alone gain something so much may
-        gain another effect as much in the recordings."""
-        return self._largest()[0] < OUTDONE_BELOW
+    def outdone(self, gain=None):
+        """Do the replicates' largest gains come near that of the recordings, or one gain of them? What the readings alone gain something
+        so much may gain another effect as much in the recordings."""
+        return self._largest(gain)[0] < OUTDONE_BELOW
 
-    def _largest(self):
-        return self._widths_of([max(max(self._known(gains).values(), default=0.0), 0.0) for gains in (self.own, *self.gains)])
+    def _largest(self, gain=None):
+        own, *nulls = (max(max(self._known(gains).values(), default=0.0), 0.0) for gains in (self.own, *self.gains))
+        return self._widths_of([own if gain is None else gain, *nulls])
 
     def _widths_of(self, gains):
         logs = [math.log(gain + self.least) for gain in gains]

@@ -5,8 +5,8 @@ like. They are written down roughly, for nothing is predicted with them: they ne
 A file of laws is one subject and defines ENTRIES.
 """
 
-from . import changed_load, drive, hysteresis, other_joint, vibration
+from . import changed_load, drive, held_reading, hysteresis, other_joint, vibration
 
-OUTSIDE = {entry.id: entry for file in (hysteresis, changed_load, drive, vibration, other_joint) for entry in file.ENTRIES}
+OUTSIDE = {entry.id: entry for file in (hysteresis, changed_load, drive, held_reading, vibration, other_joint) for entry in file.ENTRIES}
 
 __all__ = ["OUTSIDE"]

@@ -7,21 +7,22 @@ from ..calibration.thresholds import HALF, LOGIT_WIDTH, UNSTABLE_AT_MOST
 
 class Beyond:
     """The set of effects that may hold causes outside the catalogue, beside the one that holds effects alone. `probability`: that the
-    gap is such a cause, and the named effect its imitation; what may be the sensors' work (`by_sensors`) is no likelier than not."""
+    gap is such a cause, and the named effect its imitation; what may be the sensors' work (they are not `sound`, or replicates gain as much) is no likelier than not."""
 
-    def __init__(self, search, fit, by_sensors):
+    def __init__(self, search, fit, sound=True):
         self.search, self.fit, self.other = search, fit, search.with_outsiders
         self.first = next((c for c in self.other.chosen if search.is_outside(c.key)), None) if self.other else None
         self.takes = self._share_taken() if self.first else 0.0
         self.probability = self._probability() if self.first else 0.0
-        if by_sensors:
+        if self.first and not (sound and self._outdoes_replicates()):
             self.probability = min(self.probability, UNSTABLE_AT_MOST)
 
     def _share_taken(self):
-        """Probability by the share that the other set closes of what the effects leave above the floor: at half of it, as likely as
-        not."""
-        floor = sum(self.search.floor_of.values())
-        mine, theirs = (max(one.excess, floor) for one in (self.fit, self.other))
+        """Probability by the share that the other set closes of what the effects leave: at half of it, as likely as not. What reconstruction
+        leaves as well is no reason for another set, unless that is the simpler one, too."""
+        simpler = len(self.other.chosen) < len(self.fit.chosen)
+        least = self.search.detection_threshold if simpler else sum(self.search.floor_of.values())
+        mine, theirs = (max(one.excess, least) for one in (self.fit, self.other))
         if theirs >= mine:
             return 0.0
         return 1.0 / (1.0 + ((theirs / (mine - theirs)) * (1.0 - HALF) / HALF) ** (1.0 / LOGIT_WIDTH))
@@ -30,6 +31,11 @@ class Beyond:
         if not self.fit.chosen:
             return 1.0 - self.search.nothing(self.search.plain, self.search.fit([self.first]))
         return 0.0 if self._has_the_named() else self.takes
+
+    def _outdoes_replicates(self):
+        """Does the cause gain more than the readings alone gain anything?"""
+        gain = self.search.plain.excess - self.search.fit([self.first]).excess
+        return not self.search.calibration.outdone(gain)
 
     def _has_the_named(self):
         """Does the named effect stand in front of the other set, too?"""
