@@ -64,12 +64,14 @@ def test_none_and_unknown():
     assert said.startswith("A gap remains that no known effect explains (probability 0.60). What comes nearest is friction that")
 
 
-@pytest.mark.parametrize("size, closes, said", [("0.2 Nm at 3 Hz", None, "a hum, at the knee (0.2 Nm at 3 Hz)."),
-                                                ("", 0.97, "a hum, at the knee; that would close 97 % of it.")])  # fmt: skip
+@pytest.mark.parametrize("size, closes, said", [("0.2 Nm at 3 Hz", None, "a hum (0.2 Nm at 3 Hz) at the knee."),
+                                                ("", 0.97, "a hum at the knee; that would close 97 % of the gap.")])  # fmt: skip
 def test_what_an_unknown_gap_looks_like(size, closes, said):
     like = {"id": "hum", "title": "a hum", "joint": "knee", "probability": 0.9, "closes": closes, "size": size}
     text = words.sentence(report("unknown", "none", 0.9, KNEE) | {"resembles": [like]})
     assert text == f"A gap remains that no known effect explains (probability 0.90). It looks like {said}"
+    unsure = words.sentence(report("unknown", "none", 0.9) | {"resembles": [like | {"probability": 0.3}]})
+    assert unsure == "A gap remains that no known effect explains (probability 0.90)."
     if size:
         assert "0.2 N at 3 Hz" in words.likeness(like, True)
 

@@ -1,15 +1,17 @@
 """Causes that are in no catalogue (tools/talus/diagnosis/outside), against closed forms that are added to simulated recordings."""
 
+import json
 import os
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 import talus
-from support import BUILD, REPOSITORY
+from support import BUILD, REPOSITORY, run
 
 os.environ.setdefault("TALUS_BUILD", str(BUILD))
 
+from talus.diagnosis import words  # noqa: E402
 from talus.diagnosis.calibration.thresholds import UNSTABLE_AT_MOST  # noqa: E402
 from talus.diagnosis.effects import EFFECTS  # noqa: E402
 from talus.diagnosis.outside import OUTSIDE, beside, held_reading, hysteresis  # noqa: E402
@@ -166,7 +168,22 @@ def test_beside_an_effect_it_is_told_and_is_none_of_the_effects():
     truth = talus.Model.from_text(PENDULUM.read_text() + stribeck)
     found = talus.diagnose(PENDULUM, pendulum(lambda *x: 0.1 * ADDED["hysteresis"](*x), truth))
     assert [one["effect"] for one in found.effects] == ["stribeck"] and "hysteresis" not in found.model_text
-    assert "hysteresis" in {one["id"] for one in found.report["resembles"]} and "looks also like" in str(found)
+    assert "hysteresis" in {one["id"] for one in found.report["resembles"]} and "beyond the catalogue: a force with hysteresis" in str(found)
+
+
+def test_a_sliders_hose_on_the_terminal_and_the_page(tmp_path):
+    """In N and m."""
+    model = REPOSITORY / "models" / "slider.yaml"
+    columns = dict(talus.simulate(talus.read(model), duration_s=20, seed=5, encoder_bits=20).columns)
+    q, travel_m = columns["slider_m"], 0.2 * np.ptp(columns["slider_m"])
+    columns["slider_force_N"] = columns["slider_force_N"] + 30.0 * dragged(q, travel_m) / travel_m
+    talus.Recording(columns).write(tmp_path / "run.csv")
+    said = run("talus-gap", "--model", model, "--report", tmp_path / "gap.json", "--html", tmp_path / "gap.html", tmp_path / "run.csv").stderr
+    assert "It looks like a force with hysteresis" in said and " N, which slips after " in said and " Nm" not in said
+    (like,) = json.loads((tmp_path / "gap.json").read_text())["resembles"]
+    assert like["parameters"] == pytest.approx({"size_Nm": 30.0, "travel_rad": travel_m}, rel=0.1)
+    page = (tmp_path / "gap.html").read_text()
+    assert "What it looks like beyond the catalogue" in page and words.linear(like["size"]) in page
 
 
 def test_where_nothing_is_added_nothing_is_resembled():

@@ -162,9 +162,9 @@ def summary(found):
             yield f"  or {words.at(item['effect'], item['joint'])}: probability {words.share(item['probability'])}"
     if verdict["effect"] == "unknown" and found["nearest"]:
         yield "nearest: " + "; ".join(words.nearest(one) for one in found["nearest"][:3])
-    elsewhere = found["resembles"][verdict["effect"] == "unknown" and not words.is_poor(found):]  # the first stands in the sentence
-    for one in elsewhere[:2]:
-        yield f"  looks also like {words.likeness(one, words.is_linear(found))}: probability {words.share(one['probability'])}"
+    said = words.surely_like(found)  # in the sentence
+    for one in [one for one in found["resembles"] if one is not said][:2]:
+        yield f"  or beyond the catalogue: {words.likeness(one, words.is_linear(found))}: probability {words.share(one['probability'])}"
     for joint, gap in found["gap"].items():
         unit = gap["unit"]
         known = "" if words.is_poor(found) else f", {gap['extended_rms']:.4g} with effects, {gap['noise_floor_rms']:.4g} noise"

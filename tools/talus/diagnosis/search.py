@@ -114,6 +114,9 @@ class Search:
         """Is an (effect, joint) in no catalogue?"""
         return self.dataset.effects[key[0]].outside
 
+    def _is_scanned(self, candidate, taken):
+        return candidate.key not in taken and self.is_outside(candidate.key) in self._scanned
+
     @contextlib.contextmanager
     def with_outside(self, effects_too=True):
         """Causes outside the catalogue are looked for, beside effects or alone."""
@@ -167,8 +170,7 @@ class Search:
     def scan(self, chosen, looking=False):
         """The best shape of every (effect, joint) beside the chosen ones, best first."""
         best, taken = {}, {c.key for c in chosen}
-        there = [c for c in self.gram.candidates if c.key not in taken and self.is_outside(c.key) in self._scanned]
-        for fit in self.beside(chosen, there, looking):
+        for fit in self.beside(chosen, [c for c in self.gram.candidates if self._is_scanned(c, taken)], looking):
             key = fit.chosen[-1].key
             if key not in best or fit.excess < best[key].excess:
                 best[key] = fit
@@ -220,7 +222,7 @@ class Search:
         """While much is left: fits with one more effect, of each (effect, joint) the one that is found downhill from the best
         of those shapes that are too little of an effect as they stand."""
         much, taken = REFINED_WITHIN * self.tolerated, {c.key for c in chosen}
-        some = [c for c in self.gram.candidates if c.begin_low and c.key not in taken]
+        some = [c for c in self.gram.candidates if c.begin_low and self._is_scanned(c, taken)]
         if best < much or not some:
             return []
         starts = {}
@@ -306,14 +308,16 @@ class Search:
         singles = [fit for fit in self.singles() if self.nothing(self.plain, fit) < HALF]
         return singles if singles and self.significant(self.plain, singles[0], 0.0) else []
 
-    def look_outside(self):
-        """The same search with causes outside the catalogue, where one of them shows."""
+    def look_outside(self, singles):
+        """The same search with causes outside the catalogue, where one of them shows alone, beside the catalogue's `singles`."""
+        with self.with_outside(effects_too=False):
+            outside = [fit for fit in self.something_alone() if self.significant(self.plain, fit, 0.0)]
+        if not outside:
+            return
         further, sets = self.further, self.other_sets
         with self.with_outside():
-            singles = self.something_alone()
-            if any(self.is_outside(fit.chosen[0].key) and self.significant(self.plain, fit, 0.0) for fit in singles):
-                found = self.extended(singles)
-                self.with_outsiders = found if any(self.is_outside(c.key) for c in found.chosen) else None
+            found = self.extended(sorted([*singles, *outside], key=lambda fit: fit.excess))
+        self.with_outsiders = found if any(self.is_outside(c.key) for c in found.chosen) else None
         self.further, self.other_sets = further, sets
 
     def extended(self, singles):
@@ -415,5 +419,5 @@ def search(dataset, base, step=lambda text, part=0.0: None, seed=1, replicated=T
     step("combinations")
     singles = second.something_alone()
     fit = second.extended(singles) if singles else second.plain
-    second.look_outside()
+    second.look_outside(singles)
     return second, fit

@@ -87,10 +87,20 @@ def cause(effect, joint, straight=False, own=()):
 
 
 def likeness(one, straight=False):
-    """What a gap looks like: an entry of GAP.json's `resembles`."""
-    text = f"{one['title']}, at the {one['joint']}" + (f" ({one['size']})" if one["size"] else "")
-    closes = "" if one["closes"] is None else f"; that would close {100 * one['closes']:.0f} % of it"
-    return (linear(text) if straight else text) + closes
+    """What a gap looks like, and where: an entry of GAP.json's `resembles`."""
+    closes = "" if one["closes"] is None else f"; that would close {100 * one['closes']:.0f} % of the gap"
+    return f"{looks(one, straight)} at the {one['joint']}{closes}"
+
+
+def looks(one, straight=False):
+    """The same without its place."""
+    text = one["title"] + (f" ({one['size']})" if one["size"] else "")
+    return linear(text) if straight else text
+
+
+def surely_like(report):
+    """The likeness that an unknown gap has rather than not, or None."""
+    return next((one for one in report["resembles"] if one["probability"] >= LIKELY), None) if report["verdict"]["effect"] == "unknown" else None
 
 
 def size(effect, parameters, straight=False):
@@ -146,8 +156,8 @@ def sentence(report):
         return f"The model explains these recordings down to their noise; no further effect is needed ({sure})."
     if verdict["effect"] == "unknown":
         head = f"A gap remains that no known effect explains ({sure})."
-        if report["resembles"]:
-            return f"{head} It looks like {likeness(report['resembles'][0], is_linear(report))}."
+        if like := surely_like(report):
+            return f"{head} It looks like {likeness(like, is_linear(report))}."
         if not report["effects"]:
             return head
         first = report["effects"][0]

@@ -39,7 +39,7 @@ class Beyond:
 
     def _has_the_named(self):
         """Does the named effect stand in front of the other set, too?"""
-        return bool(self.fit.chosen) and self.other.chosen[0].key == self.fit.chosen[0].key
+        return self.other.chosen[0].key == self.fit.chosen[0].key
 
     def instead(self):
         """[(probability, candidate)] of what stands in the effects' place."""

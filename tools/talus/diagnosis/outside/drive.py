@@ -3,7 +3,7 @@
 import numpy as np
 
 from ..catalogue.candidate import Family
-from .law import candidate, entry
+from .law import candidate, entry, of
 
 EDGES = (0.05, 0.2)  # of the torque's RMS, within which a dead zone's edge is passed
 EDGE_STEP, NARROWEST, WIDEST = 1.5, 0.01, 1.0
@@ -34,12 +34,10 @@ def dead_zones(at):
     yield from map(one, EDGES)
 
 
-def of(name, law):
-    return lambda at: [candidate(name, at, law)]
-
-
 ENTRIES = [
-    entry("power_loss", "a drive that loses torque at high power, as under a supply that sags", of("power_loss", power_loss)),
-    entry("gain_by_sign", "a drive or current sensor whose gain differs by sign", of("gain_by_sign", gain_by_sign)),
-    entry("dead_zone", "a drive with a dead zone about zero current", dead_zones),
-]
+    entry("power_loss", "a drive that loses torque at high power, as under a supply that sags", of("power_loss", power_loss),
+          lambda p: f"{100 * abs(p['size_Nm']):.2g} % for each rad/s"),
+    entry("gain_by_sign", "a drive or current sensor whose gain differs by sign", of("gain_by_sign", gain_by_sign),
+          lambda p: f"{200 * abs(p['size_Nm']):.2g} % between the signs"),
+    entry("dead_zone", "a drive with a dead zone about zero current", dead_zones, lambda p: f"{abs(p['size_Nm']):.2g} Nm"),
+]  # fmt: skip

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from .law import candidate, entry
+from .law import entry, of
 
 BY_CHANCE = 1e-3  # runs of equal readings in a recording, that noise and the sensor's step make, of those that count
 
@@ -28,5 +28,4 @@ def late(terms, joint):
     return out
 
 
-ENTRIES = [entry("held_reading", "a current or torque reading that hangs now and then",
-                 lambda at: [candidate("held_reading", at, late, ("share",))])]  # fmt: skip
+ENTRIES = [entry("held_reading", "a current or torque reading that hangs now and then", of("held_reading", late, strengths=("share",)))]

@@ -32,6 +32,11 @@ def candidate(effect, at, law, strengths=("size_Nm",), family=None, **shape):
     return Candidate(effect, at.name, form, columns, named(*strengths, **shape), family=family)
 
 
+def of(name, law, shapes=({},), strengths=("size_Nm",)):
+    """`candidates` of a law in some shapes."""
+    return lambda at: [candidate(name, at, law, strengths, **shape) for shape in shapes]
+
+
 def entry(name, words, candidates, size=lambda parameters: ""):
     """An entry of this folder; `candidates(at)` is asked at every joint, `size` says how large it is. Laws as rough as these are trusted
     only where replicates say what they gain from nothing."""

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from .law import candidate, entry
+from .law import entry, of
 
 OWN_SHARES = (0.0, 1.0, -1.0)  # of the joint's own angle, beside the other's
 
@@ -31,20 +31,20 @@ def friction(terms, joint):
     return terms.slip[joint] * np.array([q, q * q])
 
 
-def of(name, law, shapes=({},), strengths=("size",)):
-    def candidates(at):
-        if at.dataset.joints > 1:
-            yield from (candidate(name, at, law, strengths, **shape) for shape in shapes)
-
-    return candidates
+def beside_another(name, law, shapes=({},), strengths=("size",)):
+    every = of(name, law, shapes, strengths)
+    return lambda at: every(at) if at.dataset.joints > 1 else []
 
 
 ENTRIES = [
     entry("coupled_angles", "a torque that goes with the other joint's angle, as of a cable over both",
-          of("coupled_angles", angles, [{"own": x} for x in OWN_SHARES])),
-    entry("coupled_speeds", "a torque that goes with the other joint's speed", of("coupled_speeds", speed)),
-    entry("product_of_speeds", "a torque that goes with the product of both joints' speeds", of("product_of_speeds", product_of_speeds)),
-    entry("cross_talk", "a current reading that shows the other joint's", of("cross_talk", torque)),
+          beside_another("coupled_angles", angles, [{"own": x} for x in OWN_SHARES]), lambda p: f"{abs(p['size']):.2g} Nm/rad"),
+    entry("coupled_speeds", "a torque that goes with the other joint's speed", beside_another("coupled_speeds", speed),
+          lambda p: f"{abs(p['size']):.2g} Nms/rad"),
+    entry("product_of_speeds", "a torque that goes with the product of both joints' speeds",
+          beside_another("product_of_speeds", product_of_speeds), lambda p: f"{abs(p['size']):.2g} Nms²/rad²"),
+    entry("cross_talk", "a current reading that shows the other joint's", beside_another("cross_talk", torque),
+          lambda p: f"{100 * abs(p['size']):.2g} % of the torque there"),
     entry("coupled_friction", "friction that goes with the other joint's angle",
-          of("coupled_friction", friction, strengths=("linear_Nm_rad", "square_Nm_rad2"))),
+          beside_another("coupled_friction", friction, strengths=("linear_Nm_rad", "square_Nm_rad2"))),
 ]  # fmt: skip

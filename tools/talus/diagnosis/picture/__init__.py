@@ -158,11 +158,9 @@ def _resembles(out, report):
     """What the gap looks like beyond the catalogue."""
     if not report["resembles"]:
         return
-    straight = words.is_linear(report)
-    text = lambda value: words.linear(value) if straight else value
-    rows = [[text(one["title"]), one["joint"], text(one["size"]), words.share(one["probability"]), "" if one["closes"] is None else f"{100 * one['closes']:.0f} %"]
-            for one in report["resembles"]]  # fmt: skip
-    out.table("What it looks like beyond the catalogue", ["like", "joint", "size", "probability", "of the gap"], rows, words=True)
+    rows = [[one["joint"], words.share(one["probability"]), "" if one["closes"] is None else f"{100 * one['closes']:.0f} %",
+             words.looks(one, words.is_linear(report))] for one in report["resembles"]]  # fmt: skip
+    out.table("What it looks like beyond the catalogue", ["joint", "probability", "of the gap", "like"], rows, words=True)
 
 
 def _nearest(out, report):
