@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from ..catalogue.candidate import Family, named
-from ..catalogue.sizes import change, of_friction, percent
+from ..catalogue.sizes import change, of_friction
 from .entry import Effect
 
 DRIFT_TIMES_S = (5, 10, 20, 40, 80, 200)

@@ -1,13 +1,12 @@
 """How likely is what is outside the catalogue, beside its effects?"""
 
-import math
-
 from ..calibration.thresholds import HALF, LOGIT_WIDTH, UNSTABLE_AT_MOST
 
 
 class Beyond:
     """The set of effects that may hold causes outside the catalogue, beside the one that holds effects alone. `probability`: that the
-    gap is such a cause, and the named effect its imitation; what may be the sensors' work (they are not `sound`, or replicates gain as much) is no likelier than not."""
+    gap is such a cause, and the named effect its imitation; what may be the sensors' work (they are not `sound`, or replicates gain as
+    much) is no likelier than not."""
 
     def __init__(self, search, fit, sound=True):
         self.search, self.fit, self.other = search, fit, search.with_outsiders
