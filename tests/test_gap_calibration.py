@@ -22,6 +22,7 @@ from talus.diagnosis.torque_terms import TorqueTerms
 LOOP_HZ = 3.0
 PENDULUM, LEG = REPOSITORY / "models/pendulum.yaml", REPOSITORY / "models/leg.yaml"
 KEY = ("stribeck", "joint")
+CHANCE = 8.0
 
 
 def bench(folder, model, *options):
@@ -41,13 +42,35 @@ def diagnosed(folder, model, path, *options):
 
 def test_the_probability_is_the_formula_of_the_docs():
     nulls, own = [12.0, 30.0, 18.0], 400.0
-    logs = np.log(np.array(nulls) + thresholds.FLOOR)
-    width = math.sqrt(np.var(logs, ddof=1) * (1 + 1 / 3) + thresholds.MISFIT**2)
-    z = (math.log(own + thresholds.FLOOR) - logs.mean()) / width
-    null, other = norm.pdf(z) / width, norm.cdf(z - thresholds.DEVIATIONS) / thresholds.RANGE
-    found = Calibration({KEY: own}, [{KEY: x} for x in nulls], {"T0": 0.0}, 0.0)
-    assert found.nothing(KEY, own) == pytest.approx(null / (null + other), rel=1e-9)
-    assert found.nothing_at_all() == pytest.approx(null / (null + other), rel=1e-9)
+    found = Calibration({KEY: own}, [{KEY: x} for x in nulls], {"T0": 0.0}, CHANCE)
+    for added, probability in ((CHANCE, found.nothing(KEY, own)), (thresholds.TIMES_AS_MUCH * CHANCE, found.nothing_at_all())):
+        logs = np.log(np.array(nulls) + added)
+        width = math.sqrt(np.var(logs, ddof=1) * (1 + 1 / 3) + thresholds.MISFIT**2)
+        z = (math.log(own + added) - logs.mean()) / width
+        null, other = norm.pdf(z) / width, norm.cdf(z - thresholds.DEVIATIONS) / thresholds.RANGE
+        assert probability == pytest.approx(null / (null + other), rel=1e-9)
+
+
+def test_a_gap_no_larger_than_the_floor_is_none_and_one_of_many_times_is_not():
+    found = Calibration({}, [{}, {}], {"T0": 0.0}, CHANCE)
+    for times in (1.0, 2.0, 3.5, 10.0):
+        z = math.log(times) / thresholds.MISFIT
+        null, gap = norm.pdf(z) / thresholds.MISFIT, norm.cdf(z - thresholds.DEVIATIONS) / thresholds.RANGE
+        assert found.nothing_left(math.log(times)) == pytest.approx(null / (null + gap), rel=1e-9)
+    assert found.nothing_left(0.0) > 0.99 and found.nothing_left(math.log(10.0)) < 0.01
+    assert found.nothing_left(math.log(3.5)) == pytest.approx(0.5, abs=0.02)
+
+
+def test_what_chance_gains_is_measured_in_what_is_left():
+    """The best of n unit columns gains about 2 ln n times the variance of what it is fitted to, here 4: against draws. Extreme-value
+    theory has a little less, 2 ln n - ln(pi ln n) + 2 gamma in the mean."""
+    random, columns, rows = np.random.default_rng(8), 300, 400
+    basis = np.linalg.qr(random.normal(size=(rows, columns)))[0]
+    best = [np.max((basis.T @ (2.0 * random.normal(size=rows))) ** 2) for _ in range(300)]
+    told = gains.by_chance(SimpleNamespace(chance=2 * math.log(columns), freedom=float(rows)), {"T0": 3.0 * rows})
+    less = 4 * (math.log(math.pi * math.log(columns)) - 2 * np.euler_gamma)
+    assert told - less == pytest.approx(np.mean(best), rel=0.05)
+    assert gains.by_chance(SimpleNamespace(chance=5.0, freedom=10.0), {"T0": -4.0}) == 5.0
 
 
 def test_where_nothing_is_hidden_an_effect_is_seldom_likely():
@@ -57,7 +80,7 @@ def test_where_nothing_is_hidden_an_effect_is_seldom_likely():
     for _ in range(2000):
         draws = np.exp(random.normal(4.0, 0.3, 10))
         own = float(draws[0] * np.exp(random.normal(0.0, thresholds.MISFIT)))
-        found = Calibration({KEY: own}, [{KEY: float(x)} for x in draws[1:]], {"T0": 0.0}, 0.0)
+        found = Calibration({KEY: own}, [{KEY: float(x)} for x in draws[1:]], {"T0": 0.0}, CHANCE)
         claimed.append(found.nothing(KEY, own))
         wrong += claimed[-1] < 0.5
     assert wrong < 0.06 * 2000  # one side of a normal distribution beyond 1.6 widths
@@ -71,13 +94,13 @@ def test_where_nothing_is_hidden_a_gap_is_seldom_likely_however_many_effects_are
         draws = np.exp(random.normal(middle, 0.3, (10, 20)))
         draws[0] *= np.exp(random.normal(0.0, thresholds.MISFIT, 20))
         own, *nulls = [{(f"effect {k}", "joint"): x for k, x in enumerate(row)} for row in draws]
-        wrong += Calibration(own, nulls, {"T0": 0.0}, 0.0, thresholds.LEAST_STEP).nothing_at_all() < 0.5
+        wrong += Calibration(own, nulls, {"T0": 0.0}, CHANCE).nothing_at_all() < 0.5
     assert wrong < 0.06 * 600
 
 
 def test_an_effect_well_above_its_nulls_is_kept_whatever_others_gain():
     nulls = [{KEY: 10.0, ("elasticity", "joint"): 1500.0}, {KEY: 4.0, ("elasticity", "joint"): 700.0}]
-    found = Calibration({KEY: 1800.0, ("elasticity", "joint"): 900.0}, nulls, {"T0": 0.0}, 0.0)
+    found = Calibration({KEY: 1800.0, ("elasticity", "joint"): 900.0}, nulls, {"T0": 0.0}, CHANCE)
     assert found.nothing(KEY, 1800.0) < 0.01 and found.nothing(("elasticity", "joint"), 900.0) > 0.9
     assert found.nothing_at_all() < 0.01  # though that is hardly more than what elasticity gains anyhow
 
@@ -85,7 +108,7 @@ def test_an_effect_well_above_its_nulls_is_kept_whatever_others_gain():
 def test_what_the_replicates_gain_by_another_effect_is_no_gap():
     """The readings may do to one effect here what they do to the other there."""
     nulls = [{("elasticity", "joint"): 1500.0}, {("elasticity", "joint"): 1400.0}]
-    found = Calibration({KEY: 1400.0}, nulls, {"T0": 0.0}, 0.0)
+    found = Calibration({KEY: 1400.0}, nulls, {"T0": 0.0}, CHANCE)
     assert found.nothing(KEY, 1400.0) < 0.01 and found.nothing_at_all() > 0.5
 
 
@@ -95,10 +118,10 @@ def test_an_effect_is_doubted_where_the_replicates_gain_nearly_as_much_by_anothe
     surely = [(0.99, *KEY), (0.01, "none", "none")]
     monkeypatch.setattr(verdict, "first_judgement", lambda search, fit, sound: verdict.Verdict(surely, fit, 0.1))
     for own, doubted in ((3300.0, True), (4500.0, True), (40_000.0, False)):
-        found = Calibration({KEY: 2800.0, other: own}, [{other: gain} for gain in nulls], {"T0": 0.0}, 0.0)
+        found = Calibration({KEY: 2800.0, other: own}, [{other: gain} for gain in nulls], {"T0": 0.0}, CHANCE)
         judged = verdict.judge(SimpleNamespace(calibration=found), SimpleNamespace(chosen=[SimpleNamespace(key=KEY)]))
         assert found.nothing(KEY, 2800.0) < 0.01 and found.outdone() == doubted
-        assert judged.effect == KEY[0] and judged.probabilities[0][0] == pytest.approx(thresholds.UNSTABLE_AT_MOST if doubted else 0.99)
+        assert judged.effect == KEY[0] and judged.probabilities[0][0] == pytest.approx(thresholds.NEARLY_HALF if doubted else 0.99)
 
 
 # ---- replicates ------------------------------------------------------------------------

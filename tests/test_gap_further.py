@@ -53,7 +53,7 @@ def test_another_set_takes_its_share_but_not_the_place(judged):
 
 
 def test_what_half_the_low_pass_does_not_show_is_doubted(judged):
-    assert judged([1.0, 0.0], shown=False).further == {GIVEN.key: thresholds.UNSTABLE_AT_MOST}
+    assert judged([1.0, 0.0], shown=False).further == {GIVEN.key: thresholds.NEARLY_HALF}
     assert judged([1.0, 0.0]).further == {GIVEN.key: pytest.approx(1.0)}
 
 

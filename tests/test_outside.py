@@ -12,7 +12,7 @@ from support import BUILD, REPOSITORY, run
 os.environ.setdefault("TALUS_BUILD", str(BUILD))
 
 from talus.diagnosis import words  # noqa: E402
-from talus.diagnosis.calibration.thresholds import UNSTABLE_AT_MOST  # noqa: E402
+from talus.diagnosis.calibration.thresholds import NEARLY_HALF  # noqa: E402
 from talus.diagnosis.effects import EFFECTS  # noqa: E402
 from talus.diagnosis.outside import OUTSIDE, beside, held_reading, hysteresis  # noqa: E402
 
@@ -92,8 +92,8 @@ def test_a_simpler_set_that_leaves_less_need_not_stand_above_the_floor():
 
 
 def test_what_may_be_the_sensors_work_is_no_likelier_than_not():
-    assert beyond(fit(1000.0, "spring"), fit(100.0, "hose"), sound=False).probability == UNSTABLE_AT_MOST
-    assert beyond(fit(1000.0), fit(100.0, "hose"), outdone=True).probability == UNSTABLE_AT_MOST
+    assert beyond(fit(1000.0, "spring"), fit(100.0, "hose"), sound=False).probability == NEARLY_HALF
+    assert beyond(fit(1000.0), fit(100.0, "hose"), outdone=True).probability == NEARLY_HALF
 
 
 def test_without_an_effect_replicates_decide_and_without_a_cause_there_is_none():

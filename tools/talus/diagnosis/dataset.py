@@ -11,6 +11,7 @@ import numpy as np
 import talus
 
 from . import noise
+from .calibration.thresholds import PART
 from .effects import EFFECTS
 
 SCORED, NEAR_STOP = 1, 2
@@ -18,8 +19,6 @@ FOLDS = 5
 PRIOR_WIDTH = 0.2  # of a base parameter: a drawing's standard deviation; more where identification moved it farther
 PRIOR_WIDTH_OF_ONE_JOINT = 20.0  # whose model may be no drawing but a first guess
 HARDLY_MOVES = 0.2  # share of the time
-CONCENTRATED = 0.2  # of what differs between periods, about one frequency: noise of any colour in the test has below 0.1
-LARGEST_RATIO = 1.15  # of noise between periods to noise between samples, where both are the same noise
 MOST_ROWS = 30000  # of one kind of channel
 MOST_STATES = 4000  # compared with each other
 ROWS_PER_PERIOD = 2.6  # of the low-pass frequency: little lies beyond half of that
@@ -157,8 +156,8 @@ class Dataset:
         """Power over the sensor's of what differs between periods more than from sample to sample, at one frequency or now and
         then. Over a band of frequencies it is noise with a colour, and one joint alone is a machine's, whose noise may have a
         tone."""
-        concentrated = self.joints > 1 and max(self._concentration(c) for c in channels) > CONCENTRATED
-        return max(ratio**2 - LARGEST_RATIO**2, 0.0) if concentrated else 0.0
+        concentrated = self.joints > 1 and max(self._concentration(c) for c in channels) > PART
+        return max(ratio**2 - 1.0, 0.0) if concentrated else 0.0
 
     @staticmethod
     def mask(channel):

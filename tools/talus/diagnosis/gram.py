@@ -191,8 +191,8 @@ class Gram:
     # ---- fits ----------------------------------------------------------------------
 
     def scan(self, chosen, candidates):
-        """Fits of each candidate beside the columns `chosen`: (chi-square on held-out folds, strengths of the fit to
-        everything, base columns in that fit) for each, the strengths those of `chosen` and then the candidate's."""
+        """Fits of each candidate beside the columns `chosen`: (chi-square on held-out folds, strengths of the fit to everything) for
+        each, those of `chosen` and then the candidate's."""
         rows = self.gathered(chosen)
         fixed = self._bordered(rows)
         beside = np.concatenate([self.beside_plain, self.beside(rows)], axis=1)
@@ -210,7 +210,7 @@ class Gram:
             gram[..., new, -1] = gram[..., -1, new] = np.moveaxis(beside[:, self.first][:, places], 1, 0)
             gram[..., new[:, None], new] = np.array([self.own(c) for c in group])
             chi2, strengths = self._held_out(gram)
-            out.update({c: (x, s[len(self.base):], s[:len(self.base)]) for c, x, s in zip(group, chi2, strengths)})
+            out.update({c: (x, s[len(self.base):]) for c, x, s in zip(group, chi2, strengths)})
         return [out[c] for c in candidates]
 
     def _bordered(self, rows, weights=None):
@@ -256,9 +256,9 @@ class Gram:
         return every @ every.T
 
     def held_out(self, columns):
-        """Chi-square on held-out folds; in the fit to everything the strengths of `columns`, and the base columns'."""
+        """(chi-square on held-out folds, strengths of `columns` in the fit to everything)."""
         chi2, strengths = self._held_out(self._gram(columns)[None])
-        return float(chi2[0]), strengths[0][len(self.base):], strengths[0][:len(self.base)]
+        return float(chi2[0]), strengths[0][len(self.base):]
 
     def _held_out(self, gram):
         """Gram matrices (m, folds, p + 1, p + 1) whose last column is the reading: chi-square on the held-out folds (m),

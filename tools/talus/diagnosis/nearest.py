@@ -3,7 +3,6 @@
 import math
 
 from .calibration.gains import gains_beside
-from .calibration.thresholds import FLOOR
 
 MOST = 6
 
@@ -22,4 +21,4 @@ def nearest(search):
 
 def replicates_gain(calibration, key):
     """The middle of what an (effect, joint) gains in replicates: never below nothing."""
-    return max(math.exp(calibration.width(key)[0]) - FLOOR, 0.0)
+    return max(math.exp(calibration.width(key)[0]) - calibration.chance, 0.0)

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from .calibration.thresholds import LASTS
 from .numerics import interpolated, median_of_chi2
 
 BLOCK_S = 4.0  # longer than the memory of friction, springs and mount
@@ -20,7 +21,6 @@ NEAREST_SHARE = 0.25
 FEWEST_PAIRS = 30
 LASTING_S = (0.5, 1.0)  # what is still there after it is no noise of a sensor; what swings is not seen after each of them
 FEWEST_INSTANTS = 6
-SIGNIFICANT = 3.5  # standard errors: by chance in one of 700 recordings, of six looks at each
 LINES = 3  # of a spectrum on either side of its strongest one, that belong to it
 
 
@@ -174,7 +174,7 @@ def lasting_share(found):
         return 0.0
     power = np.mean(both**2, axis=0)
     correlation = min(np.mean(both[:, 0] * both[:, 1]) / np.sqrt(power[0] * power[1] + 1e-300), 1 - 1e-3)
-    return float(correlation) if np.arctanh(correlation) * np.sqrt(instants - 3) > SIGNIFICANT else 0.0
+    return float(correlation) if np.arctanh(correlation) * np.sqrt(instants - 3) > LASTS else 0.0
 
 
 def quantisation_step(values):

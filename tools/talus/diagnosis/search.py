@@ -3,6 +3,7 @@
 import contextlib
 import functools
 import gc
+import math
 
 import numpy as np
 
@@ -16,23 +17,16 @@ from .gram import Gram
 from .torque_terms import Extent, TorqueTerms
 from .shapes import REFINED_WITHIN, refined
 from .calibration.thresholds import (
-    COLUMN_PRICE,
     DEVIATIONS,
-    FARTHEST,
-    FARTHEST_FROM_IDENTIFIED,
-    FURTHER_MUST_CLOSE,
     HALF,
-    LEAST_STEP,
-    LEAST_STEP_PER_FREEDOM,
     LEFT_BY_A_FORM,
+    NEARLY_HALF,
     PART,
-    TIMES_TOLERATED,
-    TOLERATED_OF_SIGNAL,
+    TIMES_AS_MUCH,
     TOLERATED_PER_FREEDOM,
 )
 
 BEAM = 3
-INERTIAL = ("shank_inertia", "shank_moment", "foot_moment", "foot_inertia")  # the leg's first base parameters
 MOST_JOINED = 4
 PROMISING = 0.2  # of the best gain in a first look: less, and the shapes of a body to be stepped stay few
 REFINED = 3  # of the best effects, between the grid's shapes
@@ -41,9 +35,8 @@ REFINED = 3  # of the best effects, between the grid's shapes
 class Fit:
     """A set of candidates fitted together."""
 
-    def __init__(self, chosen, excess, strengths=(), physical=True):
+    def __init__(self, chosen, excess, strengths=()):
         self.chosen, self.excess, self.strengths = list(chosen), excess, strengths
-        self._base_is_physical = physical
 
     def last_moved(self, place):
         """The same fit with its last candidate at another place."""
@@ -52,11 +45,11 @@ class Fit:
             *others, last = every
             return [*others[:place], last, *others[place:]]
 
-        return Fit(moved(self.chosen), self.excess, moved(self.strengths), self._base_is_physical)
+        return Fit(moved(self.chosen), self.excess, moved(self.strengths))
 
     def is_physical(self, looking=False):
-        """Are strengths and base parameters within what there can be, or at least what leads there?"""
-        return self._base_is_physical and all(c.within_range(s, looking) for c, s in zip(self.chosen, self.strengths))
+        """Are strengths within what there can be, or at least what leads there?"""
+        return all(c.within_range(s, looking) for c, s in zip(self.chosen, self.strengths))
 
 
 class Search:
@@ -68,9 +61,11 @@ class Search:
         self.extent = Extent(self.all_terms)
         self.gram = Gram(dataset, self.all_terms, choose(candidates(dataset, self.all_terms, self.extent)))
         self.freedom = dataset.freedom()
-        self.detection_threshold = LEAST_STEP + LEAST_STEP_PER_FREEDOM * self.freedom
+        self.chance = 2.0 * math.log(max(len(self.gram.candidates), 2))  # what the best of so many columns gains in white noise
+        self.detection_threshold = TIMES_AS_MUCH * self.chance
         self.plain = self.fit([])
-        self.tolerated_of = {kind: self._tolerated(kind) for kind in dataset.kinds}
+        # what reconstruction itself may leave
+        self.tolerated_of = {kind: TOLERATED_PER_FREEDOM * dataset.freedom(kind) for kind in dataset.kinds}
         self.tolerated = sum(self.tolerated_of.values())
         self.floor_of = dict(self.tolerated_of)  # what may be left where nothing is hidden
         self.replicator = self.calibration = None
@@ -130,12 +125,6 @@ class Search:
         """Probability that what a step from one fit to another gains is nothing; 0 where there are no replicates."""
         return self.calibration.nothing_of(before, after) if self.calibration else 0.0
 
-    def _tolerated(self, kind):
-        """Excess that reconstruction itself may leave in one kind of channel."""
-        signal = sum(float(c.values[c.rows] @ c.values[c.rows]) / self.dataset.sigma[kind] ** 2
-                     for c in self.dataset.channels if c.kind == kind and kind[0] == "T")  # fmt: skip
-        return TOLERATED_PER_FREEDOM * self.dataset.freedom(kind) + TOLERATED_OF_SIGNAL**2 * signal
-
     def columns(self, chosen):
         return [column for candidate in chosen for column in candidate.columns]
 
@@ -143,23 +132,11 @@ class Search:
         """The excess over noise that these candidates leave on held-out blocks, and each one's strengths."""
         return self._fit(chosen, *self.gram.held_out(self.columns(chosen)))
 
-    def _fit(self, chosen, chi2, strengths, base):
+    def _fit(self, chosen, chi2, strengths):
         rest, own = list(strengths), []
         for candidate in chosen:
             own.append([rest.pop(0) for _ in candidate.columns])
-        price = COLUMN_PRICE * sum(len(c.columns) - 1 for c in chosen)
-        return Fit(chosen, chi2 - self.freedom + price, own, self._is_this_leg(base))
-
-    def _is_this_leg(self, base):
-        """A spring and a foot four times as heavy together look like a cable between both joints: no effect is worth a
-        leg that is neither the given one nor, where the file is rough, the one that identification finds without it."""
-        if not self.dataset.at_motor:
-            return True
-        seen = self.gram.base[:len(INERTIAL)]
-        given, identified = self.dataset.prior[seen], self.dataset.identified[seen]
-        near = np.abs(base[:len(INERTIAL)] - given) <= FARTHEST * np.abs(given)
-        as_identified = np.abs(base[:len(INERTIAL)] - identified) <= FARTHEST_FROM_IDENTIFIED * np.abs(identified)
-        return bool(np.all(near | as_identified))
+        return Fit(chosen, chi2 - self.freedom, own)
 
     def beside(self, chosen, candidates, looking=False):
         """Fits of each candidate beside the chosen ones; those out of physical range are left out."""
@@ -190,7 +167,7 @@ class Search:
         found = self.beside(others, [joined(last, c) for c in shapes])
         second = min(found, key=lambda f: f.excess, default=fit)
         # a second order that hides within the tolerance must be as plain as an effect that does
-        least = TIMES_TOLERATED * self.detection_threshold if within else LEAST_STEP
+        least = TIMES_AS_MUCH * self.detection_threshold if within else self.detection_threshold
         return second if fit.excess - second.excess > max(PART * (fit.excess - self.tolerated), least) else fit
 
     def reshaped(self, fit):
@@ -289,7 +266,7 @@ class Search:
         explained = self.fit([c for c in before.chosen if c not in shaped]).excess - before.excess
         if before.excess - self.tolerated < LEFT_BY_A_FORM * explained:
             return False
-        return self.significant(before, after, FURTHER_MUST_CLOSE, TIMES_TOLERATED)
+        return self.significant(before, after, NEARLY_HALF, TIMES_AS_MUCH)
 
     def _has_other_forms(self, candidate):
         """A wrong constant has none."""
@@ -359,7 +336,7 @@ class Search:
     def _worth_more(self, fit):
         """Is there a kind of channel in which enough stands open? A fine encoder's gap can dwarf the others'."""
         left = self.gram.held_out_blocks(self.columns(fit.chosen))
-        return any(left[kind].sum() - self.dataset.freedom(kind) - self.floor_of[kind] > LEAST_STEP for kind in self.dataset.kinds)
+        return any(left[kind].sum() - self.dataset.freedom(kind) - self.floor_of[kind] > self.detection_threshold for kind in self.dataset.kinds)
 
     def ordered(self, fit):
         """The effect without which the rest is worst comes first."""

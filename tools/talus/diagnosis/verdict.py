@@ -10,21 +10,14 @@ from .outside.beside import Beyond
 from .calibration.stability import survives
 from .calibration.thresholds import (
     HALF,
-    LEFT_OF_ONE_JOINT,
-    LEFT_WIDTH,
     LOGIT_WIDTH,
+    NEARLY_HALF,
+    OF_NESTED,
     PART,
-    TEMPERATURE,
-    TEMPERATURE_OF_EXCESS,
-    TEMPERATURE_OF_NESTED,
-    TEMPERATURE_OF_REST,
-    TEMPERATURE_OF_REST_OF_NESTED,
-    TIMES_TOLERATED,
-    UNSTABLE_AT_MOST,
+    REST_AS_NOISE,
+    TIMES_AS_MUCH,
 )
 
-MOST_OF_RECONSTRUCTION = 0.9  # of what is left: the model errs a little in any case
-STEPS_WIDTH = 0.5
 HOPELESS = 60.0  # twice the logarithm of the odds: a rival that has so much against it
 LEAST_PROBABILITY = 1e-4  # below it an alternative is not worth a line
 CONFUSABLE_ABOVE = 0.05
@@ -47,7 +40,7 @@ class Verdict:
         """The same where the named effect may be what the sensors did: no more likely than not. What it loses goes to `none` and
         `unknown` alike, for nothing tells which of them it is."""
         first, effect, joint = self.probabilities[0]
-        over = max(first - UNSTABLE_AT_MOST, 0.0)
+        over = max(first - NEARLY_HALF, 0.0)
         rest = {(e, j): p for p, e, j in self.probabilities[1:]}
         for no_cause in ("none", "unknown"):
             rest[no_cause, "none"] = rest.get((no_cause, "none"), 0.0) + 0.5 * over
@@ -90,13 +83,16 @@ def nothing_there(search, fit):
 def too_little(search, fit):
     """Probability that what was gained within the tolerance is no effect."""
     gain = (search.plain.excess - fit.excess) / search.detection_threshold
-    return logistic((TIMES_TOLERATED - gain) / STEPS_WIDTH)
+    return logistic((math.log(TIMES_AS_MUCH) - math.log(max(gain, 1e-9))) / LOGIT_WIDTH)
 
 
 def remaining(search):
-    """Probability that there is a gap, where no effect is found: by its size, and by what the best effect gains of it."""
-    by_size = logistic((math.log(search.gap_over_floor()) - math.log(TIMES_TOLERATED)) / LOGIT_WIDTH)
-    return max(by_size, 1.0 - search.calibration.nothing_at_all() if search.calibration else 0.0)
+    """Probability that there is a gap, where no effect is found: by its size, and by what the best effect gains of it. Replicates say
+    both; without them only the size counts, by what reconstruction usually leaves."""
+    larger = math.log(search.gap_over_floor())
+    if search.calibration:
+        return 1.0 - min(search.calibration.nothing_left(larger), search.calibration.nothing_at_all())
+    return logistic((larger - math.log(TIMES_AS_MUCH)) / LOGIT_WIDTH)
 
 
 def no_effect(probability, gap_remains):
@@ -112,36 +108,28 @@ def without_cause(search, nothing, unknown, gap_remains):
 
 
 def still_open(search, fit):
-    """Share of the systematic excess that is left: of all channels, or of those at the joint of the first
-    effect, where it closes much of the whole. What nothing explains at another joint does not make it less sure."""
+    """Share of the gap that is left: of all channels, or of those at the joint of the first effect, where it closes much of the whole.
+    What nothing explains at another joint does not make it less sure."""
     dataset = search.dataset
-    left, whole = search.above_floor(fit), search.above_floor(search.plain)
-    share = left / max(whole, 1.0)
+    share, _ = open_at(search, fit, dataset.kinds)
     own = dataset.kinds_at(fit.chosen[0].joint)
     if own == dataset.kinds or share < HALF:
         return share
-    before, after = search.above_floor(search.plain, own), search.above_floor(fit, own)
-    if before - after < PART * whole or after / before > share:
-        return share
-    return after / before
+    at_joint, closed = open_at(search, fit, own)
+    return min(at_joint, share) if closed > PART * search.above_floor(search.plain) else share
 
 
-def left_of_the_whole(search, fit):
-    """Probability by what is left of the whole error: a machine's model errs a little for many reasons at once, and some
-    effect takes up a part of them. Twins have the one gap that they were given. What reconstruction leaves is no error of the
-    model's."""
-    if search.dataset.joints > 1:
-        return 0.0
-    after, before = (one.excess + search.freedom for one in (fit, search.plain))
-    known = search.calibration.reconstruction if search.calibration else 0.0
-    known = min(known, MOST_OF_RECONSTRUCTION * after)
-    left = 0.5 * math.log((after - known) / (before - known))
-    return logistic((left - math.log(LEFT_OF_ONE_JOINT)) / LEFT_WIDTH)
+def open_at(search, fit, kinds):
+    """(share of the chi-square in some kinds of channel that a fit leaves above what reconstruction leaves, what it closes there)."""
+    before, after = search.excess_by_kind(search.plain), search.excess_by_kind(fit)
+    closed = max(sum(before[kind] - after[kind] for kind in kinds), 0.0)
+    left = search.above_floor(fit, kinds)
+    return left / max(left + closed, 1.0), closed
 
 
-def temperature_of(left, before):
-    """By how much chi-square differs between forms that are equally good: the more is left, and was there before, the more."""
-    return TEMPERATURE + TEMPERATURE_OF_REST * left + TEMPERATURE_OF_EXCESS * before
+def temperature_of(search, left):
+    """By how much chi-square differs between forms that are equally good: by chance, and the more is left, the more."""
+    return search.chance + REST_AS_NOISE * max(left, 0.0)
 
 
 class Odds:
@@ -150,17 +138,16 @@ class Odds:
 
     def __init__(self, search, fit):
         self.search, self.fit = search, fit
-        plain, self.mine = search.held_out_excess([]), search.held_out_excess(fit.chosen)
-        left = {kind: max(self.mine[kind] - search.tolerated_of[kind], 0.0) for kind in plain}
-        self.temperature = {kind: temperature_of(left[kind], max(plain[kind], 0.0)) for kind in plain}
+        self.mine = search.held_out_excess(fit.chosen)
+        self.temperature = {kind: temperature_of(search, x - search.tolerated_of[kind]) for kind, x in self.mine.items()}
         own = sum(self.mine[kind] for kind in search.dataset.kinds_at(fit.chosen[0].joint) if kind[0] == "T")
-        self.nested_temperature = TEMPERATURE_OF_NESTED + TEMPERATURE_OF_REST_OF_NESTED * max(own, 0.0)
+        self.nested_temperature = OF_NESTED * temperature_of(search, own)
 
     def _adds_nothing(self, other, theirs):
         """Do both fits together explain no more than the better one? Then that one holds the other, or is the true form."""
         more = [candidate for candidate in other.chosen if candidate not in self.fit.chosen]
         both = self.search.held_out_excess([*self.fit.chosen, *more])
-        return min(sum(theirs.values()), sum(self.mine.values())) - sum(both.values()) < TEMPERATURE_OF_NESTED
+        return min(sum(theirs.values()), sum(self.mine.values())) - sum(both.values()) < OF_NESTED * self.search.chance
 
     def of(self, other):
         """Likelihood of another fit beside that of the first."""
@@ -222,7 +209,7 @@ def judge(search, fit, half=None, sound=True):
         verdict.beyond.add_to(verdict)
     by_sensors = not sound or bool(search.calibration and search.calibration.outdone())
     if by_sensors:
-        verdict.further = {key: min(p, UNSTABLE_AT_MOST) for key, p in verdict.further.items()}
+        verdict.further = {key: min(p, NEARLY_HALF) for key, p in verdict.further.items()}
     if verdict.effect == "unknown":
         return verdict
     if half:
@@ -244,15 +231,14 @@ def first_judgement(search, fit, sound):
         return verdict
     open_share = still_open(search, fit)
     unknown = logistic((math.log(max(open_share, 1e-4)) - math.log(HALF)) / LOGIT_WIDTH)
-    little = left_of_the_whole(search, fit)
-    unknown = max(unknown, little, beyond.probability)
+    unknown = max(unknown, beyond.probability)
     others, sets = rivals(search, fit), other_sets(search, fit)
     nothing = nothing_there(search, fit)
     probabilities, likeliest = _by_effect(shares(search, fit, others, sets), [*others, *sets])
     no_cause = without_cause(search, nothing, unknown, gap_remains)
     verdict = Verdict([*((p * (1 - unknown) * (1 - nothing), *key) for key, p in probabilities.items()), *no_cause], fit, open_share)
     verdict.rivals, verdict.beyond, verdict.resembles = [*others, *sets], beyond, beyond.instead()
-    imitates = max(open_share, little, beyond.probability) > HALF
+    imitates = max(open_share, beyond.probability) > HALF
     if verdict.effect == "none" or (verdict.effect == "unknown" and imitates):
         verdict.fit = search.plain
         return verdict

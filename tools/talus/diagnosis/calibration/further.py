@@ -2,7 +2,7 @@
 that half the low-pass shows it as well. It is judged as the first one is, in its own place beside all the others."""
 
 from .. import verdict as first
-from .thresholds import UNSTABLE_AT_MOST
+from .thresholds import NEARLY_HALF
 from .stability import survives
 
 
@@ -26,5 +26,5 @@ def one(search, fit, place, half_dataset):
     probability = likeliest * (1.0 - search.further.get(own.key, 0.0))
     in_front = search.fit([chosen.chosen[-1], *others])
     if half_dataset and not survives(search, in_front, rivals, half_dataset):
-        probability = min(probability, UNSTABLE_AT_MOST)
+        probability = min(probability, NEARLY_HALF)
     return probability, search.fit([*others[:place], chosen.chosen[-1], *others[place:]])

@@ -17,7 +17,7 @@ from concurrent.futures import ProcessPoolExecutor
 
 import numpy as np
 
-from .thresholds import DEVIATIONS, FLOOR, MISFIT, OUTDONE_BELOW, RANGE
+from .thresholds import DEVIATIONS, HALF, MISFIT, RANGE, TIMES_AS_MUCH
 from . import replicates
 
 PROCESSES = 2
@@ -27,23 +27,23 @@ SURE_BELOW, SURE_ABOVE = 0.5, 5.0  # widths from the nulls' middle, beyond which
 
 class Calibration:
     """Gains of the best shape of every (effect, joint): `own` {key: gain} in the recordings, `gains` [{key: gain}] in each replicate;
-    `excess`: {kind: mean chi-square over its freedom that noise and reconstruction leave there}; of the torques the part that
-    is not noise is `reconstruction`. `least` is the gain that a search takes for an effect at all, `outside` are keys of causes outside
-    the catalogue: whether there is an effect does not depend on them."""
+    `excess`: {kind: mean chi-square over its freedom that noise and reconstruction leave there}. `chance` is what the best column gains
+    in what noise and reconstruction leave: it is added to gains, below it the logarithm tells noise apart from noise; `least` is the gain that a search takes
+    for an effect at all. `outside` are keys of causes outside the catalogue: whether there is an effect does not depend on them."""
 
-    def __init__(self, own, gains, excess, noise_excess, least=FLOOR, outside=()):
-        self.own, self.gains, self.excess, self.least = own, gains, excess, least
-        self.reconstruction = max(sum(x for kind, x in excess.items() if kind[0] == "T") - noise_excess, 0.0)
+    def __init__(self, own, gains, excess, chance, outside=()):
+        self.own, self.gains, self.excess = own, gains, excess
+        self.chance, self.least = chance, TIMES_AS_MUCH * chance
         self.keys = sorted(set(own).union(*gains) - set(outside))
 
     def width(self, key):
         """(mean, width) of the logarithm of an (effect, joint)'s gain where nothing is hidden."""
-        return _lognormal([math.log(max(gains.get(key, 0.0), 0.0) + FLOOR) for gains in self.gains])
+        return _lognormal([math.log(max(gains.get(key, 0.0), 0.0) + self.chance) for gains in self.gains])
 
     def widths(self, key, gain):
         """How far a gain lies above the nulls', in their widths."""
         middle, width = self.width(key)
-        return (math.log(max(gain, 0.0) + FLOOR) - middle) / width
+        return (math.log(max(gain, 0.0) + self.chance) - middle) / width
 
     def most_widths(self):
         """Of the (effect, joint) that stands out most."""
@@ -73,6 +73,10 @@ class Calibration:
         own = () if self.outdone() else (self._probability(*self._beside(key), max(len(self.keys), 1)) for key in self._known(self.own))
         return min([self._probability(*self._largest(), 1), *own])
 
+    def nothing_left(self, larger):
+        """The same of what the plain model leaves, whose logarithm is so much `larger` than that of what replicates leave."""
+        return self._probability(larger / MISFIT, MISFIT, 1)
+
     def _beside(self, key):
         """(widths above the replicates', width) of an (effect, joint)'s gain, none counted below what a search takes for one."""
         return self._widths_of([max(gains.get(key, 0.0), 0.0) for gains in (self.own, *self.gains)])
@@ -80,7 +84,7 @@ class Calibration:
     def outdone(self, gain=None):
         """Do the replicates' largest gains come near that of the recordings, or one gain of them? What the readings alone gain something
         so much may gain another effect as much in the recordings."""
-        return self._largest(gain)[0] < OUTDONE_BELOW
+        return self._largest(gain)[0] < HALF
 
     def _largest(self, gain=None):
         own, *nulls = (max(max(self._known(gains).values(), default=0.0), 0.0) for gains in (self.own, *self.gains))
@@ -130,7 +134,7 @@ class Replicator:
             if len(found) < 2:
                 return None
             excess = {kind: float(np.mean([e[kind] for _, e in found])) for kind in search.dataset.kinds}
-            out = Calibration(own, [gains for gains, _ in found], excess, source.noise_excess(), search.detection_threshold,
+            out = Calibration(own, [gains for gains, _ in found], excess, by_chance(search, excess),
                               {key for gains in (own, *(gains for gains, _ in found)) for key in gains if search.is_outside(key)})  # fmt: skip
             if not SURE_BELOW < out.most_widths() < SURE_ABOVE:
                 break
@@ -151,6 +155,11 @@ class Replicator:
                 return out
         finally:
             _work = None
+
+
+def by_chance(search, excess):
+    """What the best column gains where so much excess {kind: chi-square} is left: of white noise, times how much more than that is left."""
+    return search.chance * (1.0 + max(sum(excess.values()), 0.0) / search.freedom)
 
 
 def gains_beside(search, chosen):

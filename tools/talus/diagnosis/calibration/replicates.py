@@ -188,16 +188,6 @@ class Source:
             motions.append(driven(dataset, record, terms, effects))
         return None if any(motion is None for motion in motions) else cls(dataset, motions)
 
-    def noise_excess(self):
-        """Chi-square over its freedom that the replicates' torque noise alone brings: it comes and goes, and its mean square counts
-        where a median makes sigma."""
-        dataset, out = self.dataset, 0.0
-        for c in dataset.channels:
-            if c.kind[0] == "T":
-                share = np.mean(self.sensors[c.record].torque[int(c.kind[1])] ** 2) / dataset.sigma[c.kind] ** 2 - 1.0
-                out += share * dataset.thin * len(c.thinned) * dataset.bandwidth[c.record]
-        return float(out)
-
     def replicate(self, seed, number):
         """The dataset of one replicate; None where nothing of it can be used."""
         gc.collect()  # a search's candidates hold their torque terms in circles: those of the replicate before

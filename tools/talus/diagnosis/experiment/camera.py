@@ -5,7 +5,6 @@ import math
 import numpy as np
 
 from ..effects import known
-from ..calibration.thresholds import TEMPERATURE
 from ..verdict import CONFUSABLE_ABOVE
 from .menu import LONGEST_S, MARGIN
 from .planned import Planned
@@ -35,17 +34,17 @@ def gains(search, contest, q):
     return [float(np.sum((other - named - np.mean(other - named)) ** 2) / (2 * CAMERA_RAD**2)) for other in others]
 
 
-def needed(verdict):
+def needed(search, verdict):
     """Chi-square that leaves no other explanation confusable, from the odds as they are."""
     first = verdict.probabilities[0][0]
-    return [2 * MARGIN * TEMPERATURE * math.log(p / (CONFUSABLE_ABOVE * first)) for p, _, _ in verdict.confusable()]
+    return [2 * MARGIN * search.chance * math.log(p / (CONFUSABLE_ABOVE * first)) for p, _, _ in verdict.confusable()]
 
 
 class Filmed:
     """One motion with a camera: how often it must run, and which of the others it then parts."""
 
     def __init__(self, search, verdict, contest, option):
-        self.option, self.needed, self.each = option, needed(verdict), gains(search, contest, option.q)
+        self.option, self.needed, self.each = option, needed(search, verdict), gains(search, contest, option.q)
         most = max(1, int(LONGEST_S / option.length_s))
         self.repeats = next((n for n in range(1, most) if len(self.parted(n)) == len(self.each)), most)
         self.parts = self.parted(self.repeats)

@@ -6,7 +6,6 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from .. import verdict as judging
-from ..calibration.thresholds import TEMPERATURE_OF_EXCESS
 from ..words import name as effect_name
 from . import camera
 from .gain import Contest, Explanation
@@ -39,7 +38,7 @@ class Option:
     def __init__(self, name, q, planned, limits, contest):
         self.name, self.q, self.length_s, self.contest = name, q, planned.length_s, contest
         self.torque = planned.torque() / limits.torque
-        self.gains, self.growth = contest.gains(planned)
+        self.gains = contest.gains(planned)
         self.most = max(1, min(MOST_REPEATS, int(LONGEST_S / self.length_s)))
 
     def worst(self, k):
@@ -48,15 +47,13 @@ class Option:
         named, other = self.contest.sizes[k]
         return float(min(self.gains[k]) if named == other else self.gains[k][int(other > named)])
 
-    def needed(self, repeats):
-        """Chi-square at which the verdict's odds leave what is confusable: its likelihood temperature grows with the plain model's excess,
-        and so with the experiment itself."""
-        temperature = self.contest.temperature + TEMPERATURE_OF_EXCESS * repeats * self.growth
-        return -2 * MARGIN * temperature * math.log(judging.CONFUSABLE_ABOVE)
+    def needed(self):
+        """Chi-square at which the verdict's odds leave what is confusable."""
+        return -2 * MARGIN * self.contest.temperature * math.log(judging.CONFUSABLE_ABOVE)
 
     def share(self, k, repeats):
         """Of the chi-square that is needed for one pair."""
-        return repeats * self.worst(k) / self.needed(repeats)
+        return repeats * self.worst(k) / self.needed()
 
     def reached(self, repeats):
         """The pairs that it parts."""
@@ -98,8 +95,7 @@ def rivals(search, verdict):
 
 def temperature_of(search, fit):
     """Of the verdict as it stands."""
-    left = max(fit.excess - search.tolerated, 0)
-    return judging.temperature_of(left, search.plain.excess)
+    return judging.temperature_of(search, fit.excess - search.tolerated)
 
 
 # ---- the menu -----------------------------------------------------------------------

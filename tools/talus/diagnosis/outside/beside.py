@@ -1,6 +1,6 @@
 """How likely is what is outside the catalogue, beside its effects?"""
 
-from ..calibration.thresholds import HALF, LOGIT_WIDTH, UNSTABLE_AT_MOST
+from ..calibration.thresholds import HALF, LOGIT_WIDTH, NEARLY_HALF
 
 
 class Beyond:
@@ -14,7 +14,7 @@ class Beyond:
         self.takes = self._share_taken() if self.first else 0.0
         self.probability = self._probability() if self.first else 0.0
         if self.first and not (sound and self._outdoes_replicates()):
-            self.probability = min(self.probability, UNSTABLE_AT_MOST)
+            self.probability = min(self.probability, NEARLY_HALF)
 
     def _share_taken(self):
         """Probability by the share that the other set closes of what the effects leave: at half of it, as likely as not. What reconstruction

@@ -1,0 +1,46 @@
+"""tools/talus/diagnosis/verdict.py: the share of a gap that a named effect leaves open."""
+
+from types import SimpleNamespace
+
+import pytest
+
+from talus.diagnosis import verdict
+from talus.diagnosis.search import Search
+
+JOINT, LEG = {"joint": ["T0"]}, {"knee": ["T0"], "ankle": ["T1"]}
+
+
+class Toy(Search):
+    """A search whose excesses are given: `left` {kind: (of the plain model, of the fit)}, over floors of 10."""
+
+    def __init__(self, joints, left):
+        self.left, self.plain = left, SimpleNamespace(chosen=[])
+        kinds = sorted(left)
+        self.floor_of = dict.fromkeys(kinds, 10.0)
+        self.dataset = SimpleNamespace(kinds=kinds, kinds_at=lambda joint: joints[joint])
+
+    def excess_by_kind(self, fit):
+        return {kind: values[bool(fit.chosen)] for kind, values in self.left.items()}
+
+
+def open_share(joint, *toy):
+    return verdict.still_open(Toy(*toy), SimpleNamespace(chosen=[SimpleNamespace(joint=joint)]))
+
+
+def test_the_share_is_what_stands_above_the_floor_over_that_and_what_was_closed():
+    assert open_share("joint", JOINT, {"T0": (1010.0, 10.0)}) == 0.0
+    assert open_share("joint", JOINT, {"T0": (1010.0, 260.0)}) == pytest.approx(250 / (250 + 750))
+    assert open_share("joint", JOINT, {"T0": (9.0, 5.0)}) == 0.0  # all within what reconstruction leaves
+
+
+def test_what_is_open_at_the_other_joint_does_not_count_where_much_is_closed():
+    assert open_share("knee", LEG, {"T0": (2010.0, 10.0), "T1": (10.0, 10.0)}) == 0.0
+    assert open_share("knee", LEG, {"T0": (2010.0, 10.0), "T1": (1910.0, 1910.0)}) == pytest.approx(1900 / 3900)  # below one half anyhow
+    assert open_share("knee", LEG, {"T0": (2010.0, 510.0), "T1": (910.0, 1910.0)}) == pytest.approx(500 / 2000)
+    assert open_share("knee", LEG, {"T0": (1010.0, 10.0), "T1": (9010.0, 9010.0)}) == pytest.approx(9000 / 10_000)  # a tenth is little
+
+
+def test_joints_are_not_counted():
+    """The same gap at one joint alone, and at the first of two whose other one shows nothing."""
+    for left in ((500.0, 10.0), (500.0, 400.0)):
+        assert open_share("knee", LEG, {"T0": left, "T1": (10.0, 10.0)}) == open_share("joint", JOINT, {"T0": left})
