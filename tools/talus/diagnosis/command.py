@@ -197,6 +197,7 @@ def diagnose(options, step, own=()):
     step("low-pass")
     seed = int(options.seed)
     looks = lowpass.Looks(given, recordings, names, tree, processed, effects)
+    del processed
     through, dataset = looks.first(options.lowpass_hz, seed)
     if through.nothing_left:
         return report.withheld(identification, [lowpass.too_coarse(model), *findings]), tree, model
