@@ -49,6 +49,11 @@ class TorqueTerms:
             self._kept[key] = make()
         return self._kept[key]
 
+    def give_up(self):
+        """Lets go of what columns are made of; it would be made anew for one more."""
+        self._kept.clear()
+        self._instants = None
+
     def at(self, base, torque_constant_error=0.0):
         """The same recording at other base parameters."""
         return TorqueTerms(self.dataset, self.record, base, torque_constant_error)
@@ -123,6 +128,8 @@ class TorqueTerms:
         """What the library's laws depend on at a joint: its tl_effect_instant at every sample. Time counts from the
         recording's begin, or over all recordings one after the other; the array is the same, and holds either until the other
         is asked for."""
+        if self._instants is None:
+            self._take_instants()
         begin_s = self.dataset.session_begin_s[self.record] if session else 0.0
         if self._counted_from_s[j] != begin_s:
             self._counted_from_s[j] = begin_s
