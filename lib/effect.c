@@ -249,14 +249,65 @@ static tl_effect_wanted cleared(const tl_effect_wanted *wanted, size_t columns, 
   return own;
 }
 
+/* links that wait until so many of them are stepped at once */
+typedef struct {
+  tl_columns_link link[TL_TWO_MASS_LANES];
+  int links, lanes;
+  double *work;
+  size_t work_each;
+} link_queue;
+
+static link_queue queue_of(tl_effect_prepared *const *p, size_t segments, double *work, int lanes) {
+  link_queue queue;
+  size_t i, n = 0;
+
+  memset(&queue, 0, sizeof queue);
+  for (i = 0; i < segments; i++)
+    if (p[i]->segment->n > n) n = p[i]->segment->n;
+  queue.lanes = lanes < TL_TWO_MASS_LANES ? lanes : TL_TWO_MASS_LANES;
+  queue.work = work;
+  queue.work_each = tl_effect_link_memory(n);
+  return queue;
+}
+
+static void step_queue(link_queue *queue, int joint) {
+  tl_columns_links(queue->link, queue->links, joint);
+  queue->links = 0;
+}
+
+/* one shape's columns over one segment, a link's when as many wait as there is room for */
+static void add_columns(const tl_effect_kind *kind, int joint, const double *shape, tl_effect_prepared *p,
+                        tl_effect_wanted own, link_queue *queue) {
+  if (kind->link && (own.strengths & 1u)) {
+    tl_columns_link *link = &queue->link[queue->links];
+    link->p = p;
+    memset(&link->joint, 0, sizeof link->joint);
+    kind->link(shape, &link->joint);
+    link->wanted = own;
+    link->work = queue->work + (size_t)queue->links * queue->work_each;
+    if (++queue->links >= queue->lanes) step_queue(queue, joint);
+  }
+  if (kind->columns) kind->columns(p, joint, shape, &own);
+}
+
+void tl_effect_segments_columns(const tl_effect_kind *kind, int joint, const double *shape, size_t shapes,
+                                tl_effect_prepared *const *p, const tl_effect_wanted *wanted, size_t segments,
+                                double *work, int lanes) {
+  link_queue queue = queue_of(p, segments, work, lanes);
+  size_t columns = (size_t)kind->strengths, i, k;
+
+  for (i = 0; i < shapes; i++)
+    for (k = 0; k < segments; k++) {
+      size_t n = p[k]->segment->n;
+      tl_effect_wanted own = cleared(&wanted[k], columns, i * columns * n, n);
+      if (n > 0) add_columns(kind, joint, shape + i * (size_t)kind->shapes, p[k], own, &queue);
+    }
+  step_queue(&queue, joint);
+}
+
 void tl_effect_segment_columns(const tl_effect_kind *kind, int joint, const double *shape, size_t shapes,
                                tl_effect_prepared *p, const tl_effect_wanted *wanted) {
-  size_t n = p->segment->n, columns = (size_t)kind->strengths, i;
-
-  for (i = 0; i < shapes; i++) {
-    tl_effect_wanted own = cleared(wanted, columns, i * columns * n, n);
-    if (kind->columns && n > 0) kind->columns(p, joint, shape + i * (size_t)kind->shapes, &own);
-  }
+  tl_effect_segments_columns(kind, joint, shape, shapes, &p, wanted, 1, p->work, 1);
 }
 
 void tl_effect_add_wave(tl_effect_waves *to, double per_turn, double sine_rad, double cosine_rad) {
@@ -311,7 +362,7 @@ void tl_effects_segment_torque(const tl_effect *effect, int n, tl_effect_prepare
 
   for (e = 0; e < n; e++) {
     const tl_effect_kind *kind = effect[e].kind;
-    if (!kind->columns || kind->exact) continue;
+    if (!(kind->columns || kind->link) || kind->exact) continue;
     memset(&wanted, 0, sizeof wanted);
     wanted.shown[joint] = column;
     for (k = 0; k < kind->strengths; k++)

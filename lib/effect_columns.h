@@ -5,6 +5,7 @@
 #include <stddef.h>
 
 #include "effect_kinds.h"
+#include "talus/experimental/hysteresis.h"
 
 void tl_columns_nothing(double *column, size_t n);
 /* where a strength's column of a channel goes; NULL: it is not asked for */
@@ -43,15 +44,22 @@ void tl_columns_bridge(const tl_effect_segment *s, int joint, double *column);
 /* rates of shift[0] in shift[1] and shift[2], by differences */
 void tl_columns_rates(const tl_effect_segment *s, double *const *shift);
 /* What a joint shows beyond a spring with a gap, driven by its motor's recorded motion, with no gap: elasticity. */
-typedef struct tl_flexible_joint {
+struct tl_flexible_joint {
   double stiffness_Nm_rad, gap_rad, damping_s;
   double friction_share,
       viscous_share;  /* of the joint's dry and viscous friction that stands beyond the spring */
   double motor_share; /* of the joint's own inertia that turns with its motor */
   double soft_rad, soft_share, hardening_Nm_rad3, drag_Nm; /* as in tl_two_mass */
-} tl_flexible_joint;
-void tl_columns_link(tl_effect_prepared *p, const tl_flexible_joint *f, int joint,
-                     const tl_effect_wanted *wanted);
+};
+/* One of a segment, what is wanted of it, and tl_effect_link_memory(n) doubles to work in. */
+typedef struct tl_columns_link {
+  tl_effect_prepared *p;
+  tl_flexible_joint joint;
+  tl_effect_wanted wanted;
+  double *work;
+} tl_columns_link;
+/* So many of one joint at once, TL_TWO_MASS_LANES at the most: the same to the bit as each by itself, in less time. */
+void tl_columns_links(tl_columns_link *link, int links, int joint);
 /* What swings on a spring under minus a load: I x'' + d x' + k x = -load. */
 typedef struct tl_columns_spring {
   double inertia, stiffness, damping;

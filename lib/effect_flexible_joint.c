@@ -5,7 +5,6 @@
 #include <string.h>
 
 #include "math_inline.h"
-#include "talus/experimental/hysteresis.h"
 
 #define LEAST_SHARE                                                                                          \
   0.05 /* of a joint's inertia that stays with its link, whatever a fit says of its motor's part */
@@ -111,28 +110,65 @@ static void add_other_torque(tl_effect_prepared *p, int joint, double *const shi
   tl_columns_add_shift(p, joint, moved, other, column);
 }
 
-void tl_columns_link(tl_effect_prepared *p, const tl_flexible_joint *f, int joint,
-                     const tl_effect_wanted *wanted) {
-  const tl_effect_segment *s = p->segment;
-  double *angle = p->work, *torque = angle + s->n, *other = torque + s->n, *acceleration = other + s->n;
-  double *const shift[3] = {angle, torque, other}; /* torque and other are not needed any more, then */
-  const double *load = tl_columns_load(p, joint);
-  tl_two_mass_motion motion = {angle, torque, acceleration};
-  double turning, *column;
-  tl_two_mass link = link_of(p, f, joint, &turning);
+/* a link's parts of its memory, n rows each */
+enum { ANGLE, TORQUE, OTHER, ACCELERATION, ROWS, PARTS = ROWS + 2 };
+
+size_t tl_effect_link_memory(size_t n) {
+  return PARTS * n;
+}
+
+static double *part_of(const tl_columns_link *l, int part) {
+  return l->work + (size_t)part * l->p->segment->n;
+}
+
+/* What is to be stepped of a link, and what of it turns with its motor; 0 where there is none. */
+static int begin_link(const tl_columns_link *l, int joint, tl_two_mass_run *run, double *turning) {
+  const tl_effect_segment *s = l->p->segment;
+  const double *load = tl_columns_load(l->p, joint);
+  double *other = part_of(l, OTHER);
   size_t i;
+
+  run->link = link_of(l->p, &l->joint, joint, turning);
+  if (!(run->link.inertia_kg_m2 > 0.0)) return 0;
+  set_rows(l->p, joint, part_of(l, ROWS), &run->link);
+  for (i = 0; i < s->n; i++)
+    other[i] = load[i] - (*turning + run->link.row_inertia_kg_m2[i]) * s->a[joint][i];
+  run->t_s = s->t_s;
+  run->motor_rad = s->q[joint];
+  run->motor_rad_s = s->v[joint];
+  run->other_Nm = other;
+  run->n = s->n;
+  run->out.angle_rad = part_of(l, ANGLE);
+  run->out.torque_Nm = part_of(l, TORQUE);
+  run->out.link_rad_s2 = part_of(l, ACCELERATION);
+  return 1;
+}
+
+static void tell_link(const tl_columns_link *l, int joint, double turning) {
+  const tl_effect_segment *s = l->p->segment;
+  double *angle = part_of(l, ANGLE), *torque = part_of(l, TORQUE), *column;
+  double *const shift[3] = {angle, torque, part_of(l, OTHER)}; /* the last two are not needed any more, then */
   int c;
 
-  if (!(link.inertia_kg_m2 > 0.0)) return;
-  set_rows(p, joint, p->work + 4 * s->n, &link);
-  for (i = 0; i < s->n; i++) other[i] = load[i] - (turning + link.row_inertia_kg_m2[i]) * s->a[joint][i];
-  tl_two_mass_along(&link, s->t_s, s->q[joint], s->v[joint], other, s->n, &motion);
   for (c = TL_MAX_JOINTS; c < TL_EFFECT_CHANNELS; c++) {
-    column = tl_columns_sees(joint, c) ? tl_columns_of(p, wanted, c, 0) : NULL;
+    column = tl_columns_sees(joint, c) ? tl_columns_of(l->p, &l->wanted, c, 0) : NULL;
     if (column) memcpy(column, angle, s->n * sizeof *column);
   }
-  if ((column = tl_columns_of(p, wanted, joint, 0))) add_own_torque(p, f, joint, turning, torque, column);
+  if ((column = tl_columns_of(l->p, &l->wanted, joint, 0)))
+    add_own_torque(l->p, &l->joint, joint, turning, torque, column);
   for (c = 0; c < tl_joint_count(s->model); c++)
-    if (c != joint && (column = tl_columns_of(p, wanted, c, 0)))
-      add_other_torque(p, joint, shift, acceleration, c, column);
+    if (c != joint && (column = tl_columns_of(l->p, &l->wanted, c, 0)))
+      add_other_torque(l->p, joint, shift, part_of(l, ACCELERATION), c, column);
+}
+
+void tl_columns_links(tl_columns_link *link, int links, int joint) {
+  tl_two_mass_run run[TL_TWO_MASS_LANES];
+  double turning[TL_TWO_MASS_LANES];
+  int there[TL_TWO_MASS_LANES], k, runs = 0;
+
+  memset(run, 0, sizeof run);
+  for (k = 0; k < links; k++)
+    if (begin_link(&link[k], joint, &run[runs], &turning[runs])) there[runs++] = k;
+  tl_two_mass_along_each(run, (size_t)runs);
+  for (k = 0; k < runs; k++) tell_link(&link[there[k]], joint, turning[k]);
 }

@@ -49,11 +49,15 @@ double tl_dahl_rate(double v, double z, double travel, double power) {
 
 /* ---- a transmission that twists ------------------------------------------------------ */
 
-double tl_spring_elastic(const tl_spring *s, double twist) {
+static inline double elastic_of(const tl_spring *s, double twist) {
   double soft = twist > s->soft_rad ? s->soft_rad : twist < -s->soft_rad ? -s->soft_rad : twist;
 
   return s->stiffness_Nm_rad * (twist - (1.0 - s->soft_share) * soft) +
          s->hardening_Nm_rad3 * twist * twist * twist;
+}
+
+double tl_spring_elastic(const tl_spring *s, double twist) {
+  return elastic_of(s, twist);
 }
 
 /* what is left of an angle beyond half the gap */
@@ -65,7 +69,7 @@ double tl_spring_torque(const tl_spring *s, double twist_rad, double rate_rad_s,
   double twist = beyond_gap(twist_rad, 0.5 * s->gap_rad), damping = s->damping_Nms_rad * rate_rad_s, torque;
 
   if (s->gap_rad > 0.0 && twist == 0.0) return 0.0;
-  torque = tl_spring_elastic(s, twist) + damping;
+  torque = elastic_of(s, twist) + damping;
   if (s->gap_rad > 0.0 && !(torque * twist > 0.0)) return 0.0;
   *loss_W += damping * rate_rad_s;
   return torque;
@@ -154,7 +158,7 @@ static double speed_amid(const link_state *s, const link_step *step, double load
 /* The spring's torque on the link by tl_spring_torque's law; its damping taken amid the step, where the push has given
  * the link half its speed: force = elastic - damping (speed amid + h / 2 I force - motor). A link at rest may stay so. */
 static double contact(const link_state *s, const link_step *step, double beyond, double motor, double load) {
-  double elastic = -tl_spring_elastic(&s->spring, beyond), damping = s->spring.damping_Nms_rad;
+  double elastic = -elastic_of(&s->spring, beyond), damping = s->spring.damping_Nms_rad;
   double force = elastic + damping * motor;
 
   if (s->speed != 0.0 || fabs(force - load) > s->dry_Nm)
@@ -222,70 +226,143 @@ typedef struct {
   double torque, speed;
 } half_sample;
 
-/* all steps between two samples, in two halves: what is a mean about a sample takes one of either side */
-static void step_sample(link_state *s, int count, double h_s, const double v[2], double bulge,
-                        const double load[2], half_sample half[2]) {
-  link_step step = step_of(s, h_s / count);
-  double load_bulge = bulge_of(count, s->load_bulge);
-  int part;
+/* One link between two samples. A step waits for the one before it, and each of its sums for the last: several links that
+ * take their steps in turn fill each other's waiting, and each is the same to the bit as alone. */
+typedef struct {
+  const tl_two_mass_run *run;
+  size_t row;
+  link_state s;
+  link_step step;
+  double h_s, v[2], load[2], bulge, load_bulge;
+  half_sample half[2], before;
+  double before_s;
+} link_lane;
 
-  memset(half, 0, 2 * sizeof *half);
+/* to be done with a sample: `back` from the row `from` to the one before it, its speeds the other way */
+static void set_sample(link_lane *lane, int count, size_t from, int back) {
+  const tl_two_mass_run *r = lane->run;
+  size_t to = back ? from - 1 : from + 1, first = back ? to : from;
+  double side = back ? -1.0 : 1.0;
+
+  lane->h_s = r->t_s[first + 1] - r->t_s[first];
+  set_row(&lane->s, &r->link, first);
+  if (back) lane->s.load_damping = -lane->s.load_damping;
+  lane->v[0] = side * r->motor_rad_s[from];
+  lane->v[1] = side * r->motor_rad_s[to];
+  lane->load[0] = r->other_Nm[from];
+  lane->load[1] = r->other_Nm[to];
+  lane->bulge = speed_bulge(count, (r->motor_rad[to] - r->motor_rad[from]) / lane->h_s, lane->v);
+  lane->load_bulge = bulge_of(count, lane->s.load_bulge);
+  lane->step = step_of(&lane->s, lane->h_s / count);
+  memset(lane->half, 0, sizeof lane->half);
+}
+
+/* all steps between two samples, in two halves: what is a mean about a sample takes one of either side */
+static void step_sample(link_lane *const *lane, int lanes, int count) {
+  int part, k;
+
   for (part = 0; part < count; part++) {
-    double w = (part + 0.5) / count, before = s->speed;
-    motor_speed motor = {value_at(v, bulge, w), value_at(v, bulge, (part + 1.0) / count)};
-    half_sample *h = &half[2 * part >= count];
-    h->torque += step_link(s, &step, motor, value_at(load, load_bulge, w));
-    h->speed += s->speed - before;
+    double amid = (part + 0.5) / count, end = (part + 1.0) / count;
+    for (k = 0; k < lanes; k++) {
+      link_lane *l = lane[k];
+      double before = l->s.speed;
+      motor_speed motor = {value_at(l->v, l->bulge, amid), value_at(l->v, l->bulge, end)};
+      half_sample *half = &l->half[2 * part >= count];
+      half->torque += step_link(&l->s, &l->step, motor, value_at(l->load, l->load_bulge, amid));
+      half->speed += l->s.speed - before;
+    }
   }
 }
 
 /* The link as it is at the first row, with the torque's sum over the half sample before it. What came before is not
  * known, and a wrong begin rings for long: so the recorded motion is run backwards up to there, in which it dies out. */
-static link_state settled_link(const tl_two_mass *link, int count, const double *t_s, const double *motor_rad,
-                               const double *motor_rad_s, const double *other_Nm, size_t n,
-                               double *before_Nm) {
-  half_sample half[2] = {{0.0, 0.0}, {0.0, 0.0}};
-  link_state s;
+static void begin_settling(link_lane *lane, const tl_two_mass_run *run) {
   size_t k = 0;
 
-  while (k + 1 < n && t_s[k] - t_s[0] < link->settle_s) k++;
-  s = k > 0 ? begin_link(link, other_Nm[k], -motor_rad_s[k])
-            : begin_link(link, 0.0, n ? -motor_rad_s[0] : 0.0);
-  for (; k > 0; k--) {
-    const double back[2] = {-motor_rad_s[k], -motor_rad_s[k - 1]}, load[2] = {other_Nm[k], other_Nm[k - 1]};
-    double h = t_s[k] - t_s[k - 1];
-    set_row(&s, link, k - 1);
-    s.load_damping = -s.load_damping;
-    step_sample(&s, count, h, back, speed_bulge(count, (motor_rad[k - 1] - motor_rad[k]) / h, back), load,
-                half);
+  memset(lane, 0, sizeof *lane);
+  lane->run = run;
+  while (k + 1 < run->n && run->t_s[k] - run->t_s[0] < run->link.settle_s) k++;
+  lane->row = k;
+  lane->s = begin_link(&run->link, k > 0 ? run->other_Nm[k] : 0.0, run->n ? -run->motor_rad_s[k] : 0.0);
+}
+
+static void settle(link_lane *lane, int lanes, int count) {
+  link_lane *left[TL_TWO_MASS_LANES];
+  int k, settling;
+
+  do {
+    for (k = settling = 0; k < lanes; k++)
+      if (lane[k].row > 0) left[settling++] = &lane[k];
+    for (k = 0; k < settling; k++) set_sample(left[k], count, left[k]->row--, 1);
+    step_sample(left, settling, count);
+  } while (settling > 0);
+  for (k = 0; k < lanes; k++) {
+    lane[k].before.torque = lane[k].half[1].torque;
+    lane[k].s.speed = -lane[k].s.speed;
   }
-  *before_Nm = half[1].torque;
-  s.speed = -s.speed;
-  return s;
+}
+
+/* what a sample's steps left, at its first row */
+static void tell_sample(link_lane *lane, int count, size_t k) {
+  const tl_two_mass_motion *out = &lane->run->out;
+  double h = lane->h_s;
+
+  out->torque_Nm[k] = (lane->before.torque + lane->half[0].torque) / count;
+  out->link_rad_s2[k] =
+      2.0 * (lane->before.speed + lane->half[0].speed) / (k > 0 ? lane->before_s + h : h);
+  lane->before = lane->half[1];
+  lane->before_s = h;
+}
+
+static void tell_last(const link_lane *lane, int count) {
+  const tl_two_mass_motion *out = &lane->run->out;
+  size_t k = lane->run->n;
+
+  if (k-- == 0) return;
+  out->angle_rad[k] = lane->s.angle;
+  out->torque_Nm[k] = 2.0 * lane->before.torque / count;
+  out->link_rad_s2[k] = lane->before_s > 0.0 ? 2.0 * lane->before.speed / lane->before_s : 0.0;
+}
+
+static void run_forward(link_lane *lane, int lanes, int count) {
+  link_lane *left[TL_TWO_MASS_LANES];
+  int k, running;
+  size_t row = 0;
+
+  do {
+    for (k = running = 0; k < lanes; k++)
+      if (row + 1 < lane[k].run->n) left[running++] = &lane[k];
+    for (k = 0; k < running; k++) {
+      left[k]->run->out.angle_rad[row] = left[k]->s.angle;
+      set_sample(left[k], count, row, 0);
+    }
+    step_sample(left, running, count);
+    for (k = 0; k < running; k++) tell_sample(left[k], count, row);
+    row++;
+  } while (running > 0);
+}
+
+void tl_two_mass_along_each(const tl_two_mass_run *run, size_t runs) {
+  link_lane lane[TL_TWO_MASS_LANES];
+  size_t first, next;
+  int count, k, lanes;
+
+  for (first = 0; first < runs; first = next) {
+    count = tl_two_mass_steps(&run[first].link);
+    lanes = 0;
+    for (next = first; next < runs && lanes < TL_TWO_MASS_LANES; next++) {
+      if (tl_two_mass_steps(&run[next].link) != count) break;
+      begin_settling(&lane[lanes++], &run[next]);
+    }
+    settle(lane, lanes, count);
+    run_forward(lane, lanes, count);
+    for (k = 0; k < lanes; k++) tell_last(&lane[k], count);
+  }
 }
 
 void tl_two_mass_along(const tl_two_mass *link, const double *t_s, const double *motor_rad,
                        const double *motor_rad_s, const double *other_Nm, size_t n, tl_two_mass_motion *out) {
-  int count = tl_two_mass_steps(link);
-  half_sample half[2], before = {0.0, 0.0};
-  link_state s = settled_link(link, count, t_s, motor_rad, motor_rad_s, other_Nm, n, &before.torque);
-  double h, before_s = 0.0;
-  size_t k;
+  tl_two_mass_run run = {*link, t_s, motor_rad, motor_rad_s, other_Nm, n, *out};
 
-  for (k = 0; k + 1 < n; k++) {
-    out->angle_rad[k] = s.angle;
-    h = t_s[k + 1] - t_s[k];
-    set_row(&s, link, k);
-    step_sample(&s, count, h, &motor_rad_s[k],
-                speed_bulge(count, (motor_rad[k + 1] - motor_rad[k]) / h, &motor_rad_s[k]), &other_Nm[k],
-                half);
-    out->torque_Nm[k] = (before.torque + half[0].torque) / count;
-    out->link_rad_s2[k] = 2.0 * (before.speed + half[0].speed) / (k > 0 ? before_s + h : h);
-    before = half[1];
-    before_s = h;
-  }
-  if (n == 0) return;
-  out->angle_rad[k] = s.angle;
-  out->torque_Nm[k] = 2.0 * before.torque / count;
-  out->link_rad_s2[k] = before_s > 0.0 ? 2.0 * before.speed / before_s : 0.0;
+  tl_two_mass_along_each(&run, 1);
 }

@@ -21,6 +21,7 @@ def recorded(model, folder, *recordings):
     options = command.Options(["-m", str(model), "-r", str(folder / "gap.json"), *map(str, recordings)])
     options.check()
     given, names, every, _ = command.read(options)
-    _, tree = command.identify(options, [])
+    with command.identifying(options) as found:
+        _, tree = found()
     processed_recordings = [ProcessedRecording(given, one, path) for one, path in zip(every, names)]
     return Dataset(given, processed_recordings, tree), talus.Model.from_tree(tree)

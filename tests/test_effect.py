@@ -40,7 +40,7 @@ def test_every_kind_bears_an_id_of_the_catalogue_and_sound_parameters():
     assert set(kinds()) >= CATALOGUE
     for name, kind in kinds().items():
         assert kind.strengths >= 1 and kind.places > 0 and ffi.string(kind.meaning)
-        assert kind.law or (kind.columns and kind.change)
+        assert kind.law or ((kind.columns or kind.link) and kind.change)
         assert kind.strengths + kind.shapes <= constants.TL_EFFECT_MAX_PARAMETERS
         for i in range(kind.strengths + kind.shapes):
             p = kind.parameter[i]

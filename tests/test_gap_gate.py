@@ -105,7 +105,7 @@ def test_slow_ramps_do_not_speak_against_what_a_fast_motion_tells(tmp_path):
         run("talus-sim", "--model", tmp_path / "truth.yaml", "--out", tmp_path / name, "--excitation", name, "--rate", 1000, *more)
     ramps, multisine = (talus.Recording.read(tmp_path / name) for name in names)
     recordings = [ramps.head(8000), multisine]
-    rows = machine.joint_rows(model, recordings, 0)
+    rows = machine.joint_rows(model, machine.Read(model, recordings).parts, 0)
     beyond = rows[1].measured - rows[1].known - rows[1].x @ machine.fitted(rows[0])[0]
     assert np.mean(beyond**2) > 4 * np.mean(rows[1].measured ** 2)  # each by itself, they differ
     for order in (1, -1):

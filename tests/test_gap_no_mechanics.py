@@ -18,7 +18,7 @@ ALLOWED = {
     "known/camera.py": {"inertia * (2 * np.pi * hertz) ** 2"},  # of a mount that is drawn
     "known/fleet.py": {"own['inertia_kg_m2'] *= rng.uniform(0.98, 1.02)", "friction['coulomb_Nm'] * (1 + WORN * worn)",
                        "friction['viscous_Nms_rad'] * (1 + VISCOUS_PER_K * (temperature - REFERENCE_C))"},  # of robots that are drawn
-    "diagnosis/torque_terms.py": {"whole - self.rotor_Nm", "whole + self.friction_Nm"},
+    "diagnosis/torque_terms.py": {"whole - rotor_Nm", "whole + friction_Nm"},
     "diagnosis/effects/asymmetric_friction.py": {"abs(size) / at.coulomb_Nm"},
     "diagnosis/effects/stribeck.py": {"0.02 * at.coulomb_Nm", "1.5 * at.usual_coulomb_Nm"},
     "diagnosis/effects/elasticity.py": {"most / stiffness", "harder * stiffness", "float(x[0]) / stiffness",

@@ -151,3 +151,24 @@ def test_the_motors_angle_counts_where_its_speed_does_not_tell():
     # the damper's jolt gives the link a speed of 2 decay times the step
     want = -0.002 * np.exp(-decay * after) * (np.cos(swing * after) - decay / swing * np.sin(swing * after))
     assert np.abs(angle[1000:] - want).max() < 0.03 * 0.002
+
+
+def test_links_that_take_their_steps_in_turn_move_as_each_alone_to_the_bit():
+    """Of several lengths, none at all among them, and with more steps in a sample than their neighbours."""
+    random = np.random.default_rng(5)
+    runs, out, want, alive = ffi.new("tl_two_mass_run[]", 7), [], [], []
+    for k, (n, gap_rad, stiffness) in enumerate([(900, 0.0, 300), (700, 0.01, 300), (0, 0.0, 300), (1, 0.0, 300), (900, 0.004, 9e5),
+                                                 (400, 0.02, 9e5), (900, 0.0, 300)]):  # fmt: skip
+        t = 0.004 * np.arange(n) + 1e-4 * random.random(n)
+        arrays = [t, np.sin(3 * t), 3 * np.cos(3 * t), 4 * np.sin(7 * t + k)]
+        link = ffi.new("tl_two_mass *", {"stiffness_Nm_rad": stiffness, "gap_rad": gap_rad, "soft_share": 1.0, "drag_Nm": 0.1 * k,
+                                         "friction_share": 0.5, "coulomb_Nm": 1.0, "inertia_kg_m2": 0.05, "damping_s": 0.002,
+                                         "settle_s": 1.0, "step_s": 0.004})  # fmt: skip
+        out.append(np.full((3, n), np.nan))
+        want.append(np.full((3, n), np.nan))
+        runs[k] = (link[0], *map(pointer, arrays), n, [pointer(x) for x in out[-1]])
+        alive.append(arrays)
+        lib.tl_two_mass_along(link, *map(pointer, arrays), n, ffi.new("tl_two_mass_motion *", [pointer(x) for x in want[-1]]))
+    lib.tl_two_mass_along_each(runs, len(runs))
+    assert all(a.tobytes() == b.tobytes() for a, b in zip(out, want))
+    assert all(np.isfinite(a).all() for a in out) and len({lib.tl_two_mass_steps(ffi.addressof(run, "link")) for run in runs}) == 2

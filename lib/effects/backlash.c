@@ -20,17 +20,15 @@ static void change(const double *value, tl_effect_change *to) {
 }
 
 /* the joint swings between the teeth under the load of its motor's motion, half the gap to each side */
-static void columns(tl_effect_prepared *p, int joint, const double *shape, const tl_effect_wanted *wanted) {
-  tl_flexible_joint link = {.stiffness_Nm_rad = shape[STIFFNESS],
-                            .gap_rad = shape[GAP],
-                            .damping_s = shape[DAMPING],
-                            .friction_share = shape[FRICTION_SHARE],
-                            .viscous_share = shape[VISCOUS_SHARE],
-                            .motor_share = shape[MOTOR_SHARE],
-                            .soft_share = 1.0,
-                            .drag_Nm = shape[DRAG]};
-
-  tl_columns_link(p, &link, joint, wanted);
+static void link(const double *shape, tl_flexible_joint *to) {
+  to->stiffness_Nm_rad = shape[STIFFNESS];
+  to->gap_rad = shape[GAP];
+  to->damping_s = shape[DAMPING];
+  to->friction_share = shape[FRICTION_SHARE];
+  to->viscous_share = shape[VISCOUS_SHARE];
+  to->motor_share = shape[MOTOR_SHARE];
+  to->soft_share = 1.0;
+  to->drag_Nm = shape[DRAG];
 }
 
 const tl_effect_kind tl_effect_backlash = {
@@ -56,6 +54,6 @@ const tl_effect_kind tl_effect_backlash = {
          /* friction between motor and joint in the gap */
          [STRENGTHS + DRAG] = {"drag_Nm", 0.0, 100.0, 0.0, TL_DEFAULT(0.0)}},
     .change = change,
-    .columns = columns,
+    .link = link,
     .memory_s = 2.0,
 };

@@ -37,20 +37,23 @@ static void twist(tl_effect_prepared *p, int joint, int strength, const tl_effec
   tl_columns_displaced(p, joint, shift, strength, wanted);
 }
 
-/* The joint swings on its spring against its motor, under the load of the motor's motion; or, where the spring
- * is stiff, it follows load and friction at once. */
+/* the joint swings on its spring against its motor, under the load of the motor's motion */
+static void link(const double *shape, tl_flexible_joint *to) {
+  to->stiffness_Nm_rad = shape[STIFFNESS];
+  to->damping_s = shape[DAMPING];
+  to->friction_share = shape[FRICTION_SHARE];
+  to->viscous_share = shape[VISCOUS_SHARE];
+  to->motor_share = shape[MOTOR_SHARE];
+  to->soft_rad = shape[SOFT];
+  to->soft_share = shape[SOFT_SHARE];
+  to->hardening_Nm_rad3 = shape[HARDENING];
+}
+
+/* where the spring is stiff, it follows load and friction at once */
 static void columns(tl_effect_prepared *p, int joint, const double *shape, const tl_effect_wanted *wanted) {
-  tl_flexible_joint link = {.stiffness_Nm_rad = shape[STIFFNESS],
-                            .damping_s = shape[DAMPING],
-                            .friction_share = shape[FRICTION_SHARE],
-                            .viscous_share = shape[VISCOUS_SHARE],
-                            .motor_share = shape[MOTOR_SHARE],
-                            .soft_rad = shape[SOFT],
-                            .soft_share = shape[SOFT_SHARE],
-                            .hardening_Nm_rad3 = shape[HARDENING]};
   int k;
 
-  if (tl_columns_wants(wanted, 1u << SHARE)) tl_columns_link(p, &link, joint, wanted);
+  (void)shape;
   for (k = COMPLIANCE; k <= FRICTION_COMPLIANCE; k++)
     if (tl_columns_wants(wanted, 1u << k)) twist(p, joint, k, wanted);
 }
@@ -83,5 +86,6 @@ const tl_effect_kind tl_effect_elasticity = {
          [STRENGTHS + HARDENING] = {"hardening_Nm_rad3", 0.0, 1e10, 0.0, TL_DEFAULT(0.0)}},
     .change = change,
     .columns = columns,
+    .link = link,
     .memory_s = 2.0,
 };

@@ -183,6 +183,7 @@ typedef struct tl_effect_numbers {
 } tl_effect_numbers;
 
 struct tl_effect;
+typedef struct tl_flexible_joint tl_flexible_joint; /* the library's own */
 
 typedef struct tl_effect_kind {
   const char *name;    /* id of the catalogue */
@@ -204,6 +205,8 @@ typedef struct tl_effect_kind {
    * the other. */
   void (*change)(const double *value, tl_effect_change *to);
   void (*columns)(tl_effect_prepared *p, int joint, const double *shape, const tl_effect_wanted *wanted);
+  /* Of a kind whose first strength is a link's behind a spring: that link; its `columns` then leaves this one out. */
+  void (*link)(const double *shape, tl_flexible_joint *to);
   double memory_s; /* how far back its columns look */
   tl_effect_fast fast;
   int bends_below; /* of TL_FAST_SPEED: number of the parameter whose speed its law bends about; 0: none */
@@ -279,6 +282,12 @@ double tl_effect_link_rad_s(const tl_effect_prepared *p, int joint, double motor
  * further on in each channel. Torques are those of the joint, as in tl_effect_columns, angles in rad; first order. */
 void tl_effect_segment_columns(const tl_effect_kind *kind, int joint, const double *shape, size_t shapes,
                                tl_effect_prepared *p, const tl_effect_wanted *wanted);
+/* The same over several segments, each to its own `wanted`. Links behind a spring are stepped several at once where there is
+ * room: `lanes` times tl_effect_link_memory of the longest segment at `work`. */
+size_t tl_effect_link_memory(size_t n);
+void tl_effect_segments_columns(const tl_effect_kind *kind, int joint, const double *shape, size_t shapes,
+                                tl_effect_prepared *const *p, const tl_effect_wanted *wanted, size_t segments,
+                                double *work, int lanes);
 /* Adds a wave or a mode, if its size is not 0; past the last place it is counted alone. */
 void tl_effect_add_wave(tl_effect_waves *to, double per_turn, double sine_rad, double cosine_rad);
 void tl_effect_add_mount(tl_effect_change *to, tl_mount_mode mode, double compliance, double frequency_Hz,

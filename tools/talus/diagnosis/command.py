@@ -1,5 +1,6 @@
 """talus-gap: the command line."""
 
+import contextlib
 import json
 import os
 import subprocess
@@ -105,25 +106,36 @@ class Options:
 # ---- inputs ------------------------------------------------------------------------
 
 
-def identify(options, findings):
-    """(report, model file's mapping) of talus-identify; without a report where grave findings leave nothing to identify."""
+@contextlib.contextmanager
+def identifying(options):
+    """talus-identify, at work beside what this process does: a function that waits for it, and gives (report, model file's
+    mapping); without a report where nothing can be identified."""
     program = talus.BUILD / "bin" / "talus-identify"
     with tempfile.TemporaryDirectory(prefix="talus-gap-") as folder:
         outputs = [Path(folder) / name for name in ("fitted.yaml", "report.json")]
         command = [program, "--model", options.flags["--model"], "--out", outputs[0], "--report", outputs[1],
                    "--seed", options.seed, "--quiet", "--", *options.recordings]  # fmt: skip
         try:
-            done = subprocess.run(command, check=False, capture_output=True, text=True)
+            process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
         except OSError as error:
             raise Refused(1, f"{program}: {error.strerror}") from error
-        said = done.stderr.replace("talus-identify", NAME).rstrip("\n")
-        if done.returncode == 2 and TOO_LITTLE_MOTION in said:  # a sensor at the output, or nothing to diagnose
-            return None, yaml.safe_load(Path(options.flags["--model"]).read_text(encoding="utf-8"))
-        if done.returncode != 0:
-            raise Refused(2 if done.returncode == 2 else 1, said.removeprefix(f"{NAME}: "))
-        if said:
-            say(said)
-        return json.loads(outputs[1].read_text()), yaml.safe_load(outputs[0].read_text())
+        with process:
+            try:
+                yield lambda: identified(options, process, outputs)
+            finally:
+                process.kill()  # where it has not been waited for
+
+
+def identified(options, process, outputs):
+    """What it found."""
+    said = process.communicate()[1].replace("talus-identify", NAME).rstrip("\n")
+    if process.returncode == 2 and TOO_LITTLE_MOTION in said:  # a sensor at the output, or nothing to diagnose
+        return None, yaml.safe_load(Path(options.flags["--model"]).read_text(encoding="utf-8"))
+    if process.returncode != 0:
+        raise Refused(2 if process.returncode == 2 else 1, said.removeprefix(f"{NAME}: "))
+    if said:
+        say(said)
+    return json.loads(outputs[1].read_text()), yaml.safe_load(outputs[0].read_text())
 
 
 def read(options):
@@ -180,10 +192,11 @@ def diagnose(options, step, own=()):
     """(diagnosis, model file's mapping, model); `own`: talus.Effects that are tried beside the catalogue's."""
     effects = {**EFFECTS, **({} if options.quick else OUTSIDE), **entries(own)}
     step("recordings")
-    given, names, recordings, findings = read(options)
-    findings = [*gate.findings(given, names, recordings), *findings]
-    step("identification")
-    identification, tree = identify(options, findings)
+    with identifying(options) as found:
+        given, names, recordings, findings = read(options)
+        findings = [*gate.findings(given, names, recordings), *findings]
+        step("identification")
+        identification, tree = found()
     if tree.get("effects"):
         say(f"{NAME}: note: the model's own effects are left out of the diagnosis, and looked for anew")
     model = talus.Model.from_tree(tree)
@@ -197,6 +210,7 @@ def diagnose(options, step, own=()):
     step("low-pass")
     seed = int(options.seed)
     looks = lowpass.Looks(given, recordings, names, tree, processed, effects)
+    del processed
     through, dataset = looks.first(options.lowpass_hz, seed)
     if through.nothing_left:
         return report.withheld(identification, [lowpass.too_coarse(model), *findings]), tree, model

@@ -142,7 +142,7 @@ class Gram:
         return [rows[w[0]] if len(w) else 0.0 for rows, w in zip(self.rows, where)]
 
     def _make(self, column):
-        shown = [column(terms) for terms in self.all_terms]
+        shown = column.along(self.all_terms) if isinstance(column, Column) else [column(terms) for terms in self.all_terms]
         out = [np.zeros(layout.rows, np.float32) for layout in self.layouts]
         for layout, rows in zip(self.layouts, out):
             for record, channel in layout.channel.items():

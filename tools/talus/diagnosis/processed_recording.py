@@ -38,7 +38,7 @@ class ProcessedRecording:
                 getattr(self, name)[joint, begin:end] = np.frombuffer(values)
         rows = [self.regression._copy_rows(space.rows[joint]) for joint in range(self.joints)]
         stops = [self._stops(space, joint) for joint in range(self.joints)]
-        self.parts.append({"begin": begin, "end": end, "stops": stops, "rows": rows, "n": len(rows[0].t)})
+        self.parts.append({"begin": begin, "end": end, "stops": stops, "rows": rows, "n": len(rows[0].t), "begin_s": rows[0].t[0]})
         del alive
 
     @staticmethod
@@ -60,6 +60,8 @@ class ProcessedRecording:
         self.target = [joined(j, "target") for j in every]
         self.measured = [joined(j, "measured") for j in every]
         self.index = [self.parts[0]["rows"][j].index for j in every]
+        for part in self.parts:
+            del part["rows"]  # gathered: a second copy of them would be as large as all else
 
     def bridge(self, samples, joint):
         """In a short stop friction and inertia jump against each other and only their sum is smooth: the values there
@@ -77,7 +79,7 @@ class ProcessedRecording:
         samples, out = np.ascontiguousarray(samples, dtype=float), []
         for part in self.parts:
             b, e, values = part["begin"], part["end"], np.empty(part["n"])
-            lib.tl_grid_resample(pointer(self.t_s) + b, pointer(samples) + b, e - b, part["rows"][0].t[0], self.step_s,
+            lib.tl_grid_resample(pointer(self.t_s) + b, pointer(samples) + b, e - b, part["begin_s"], self.step_s,
                                  pointer(values), part["n"])  # fmt: skip
             out.append(values)
         return np.concatenate(out)

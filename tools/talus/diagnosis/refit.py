@@ -111,6 +111,8 @@ def settled_fit(search, chosen, model):
         before, base, excess = search.all_terms[0], np.array(list(trial.base.values())), torque_constant_error(chosen, found[1])
         if np.allclose([*base, 1 + excess], [*before.base, 1 + before.torque_constant_error], rtol=STAYS, atol=0):
             break
+        for terms in search.all_terms:
+            terms.give_up()  # these and the next would be the most that a run holds
         search = Anew(search, chosen, base, excess)
         found = joint_fit(search, chosen, model)
     return found

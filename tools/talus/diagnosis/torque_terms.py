@@ -49,6 +49,11 @@ class TorqueTerms:
             self._kept[key] = make()
         return self._kept[key]
 
+    def give_up(self):
+        """Lets go of what columns are made of; it would be made anew for one more."""
+        self._kept.clear()
+        self._instants = None
+
     def at(self, base, torque_constant_error=0.0):
         """The same recording at other base parameters."""
         return TorqueTerms(self.dataset, self.record, base, torque_constant_error)
@@ -114,22 +119,22 @@ class TorqueTerms:
         columns = columns.copy() if columns is samples else columns
         out = np.empty((len(columns), part["n"]))
         lib.tl_regression_columns(self.processed.regression.struct, self.segments[number][0], -1 if joint is None or bridged else joint,
-                                  part["rows"][0].t[0], pointer(columns), len(columns), pointer(out), part["n"])  # fmt: skip
+                                  part["begin_s"], pointer(columns), len(columns), pointer(out), part["n"])  # fmt: skip
         return out
 
     # ---- torque terms --------------------------------------------------------------
 
     def instants(self, j, session=False):
         """What the library's laws depend on at a joint: its tl_effect_instant at every sample. Time counts from the
-        recording's begin, or over all recordings one after the other."""
-        if session and self.record:
-            return self.once(("session", j), lambda: self._over_session(j))
+        recording's begin, or over all recordings one after the other; the array is the same, and holds either until the other
+        is asked for."""
+        if self._instants is None:
+            self._take_instants()
+        begin_s = self.dataset.session_begin_s[self.record] if session else 0.0
+        if self._counted_from_s[j] != begin_s:
+            self._counted_from_s[j] = begin_s
+            self._instants[j]["t_s"] = self._since_begin_s + begin_s
         return self._instants[j]
-
-    def _over_session(self, j):
-        now = self._instants[j].copy()
-        now["t_s"] += self.dataset.session_begin_s[self.record]
-        return now
 
     def _take_instants(self):
         """Instants of every joint, and their fields as arrays with one row a joint."""
@@ -140,11 +145,11 @@ class TorqueTerms:
                 rows = now[part["begin"]:part["end"]]
                 lib.tl_effect_instants(segment, j, ffi.from_buffer("tl_effect_instant[]", rows, require_writable=True))
             self._add_recorded(j, now)
+        self._since_begin_s, self._counted_from_s = self._instants[0]["t_s"].copy(), [0.0 for _ in joints]
         every = functools.partial(rows_of, self._instants)
-        whole, self.rotor_Nm, self.friction_Nm = every("load_Nm"), every("rotor_Nm"), every("friction_Nm")
-        self.offset_Nm = every("offset_Nm")
+        whole, rotor_Nm, friction_Nm = every("load_Nm"), every("rotor_Nm"), every("friction_Nm")
         known = np.array([[self.has_rotor(j)] for j in joints])  # else how much of the joint's inertia is its rotor's is not
-        self.link_Nm, self.joint_Nm = np.where(known, whole - self.rotor_Nm, whole), whole + self.friction_Nm
+        self.link_Nm, self.joint_Nm = np.where(known, whole - rotor_Nm, whole), whole + friction_Nm
         self.motor_rad, self.motor_Nm, self.ratio = every("motor_rad"), every("motor_Nm"), every("ratio")
         self.gear = 1.0
         if not self.dataset.at_motor:  # torques and angles are the joint's here: motor turns for one of it

@@ -106,17 +106,17 @@ def kept_hz(processed, hz):
 def chosen(at, hz, kept, seed):
     """(Lowpass, its dataset): from `hz` down to where the inertia is left alone and the windows keep the band (`kept`), or where the
     inertia is least wrong; `at(hz)` is a dataset."""
-    found = []
+    best = None
     while True:
         dataset = at(hz)
         bias = inertia_bias(dataset, seed)
-        found.append((Lowpass(hz, "data", bias), dataset))
-        if bias is None:
-            return found[0]
-        if abs(bias) < LEAVES_ALONE and hz <= kept:
-            return found[-1]
+        found = Lowpass(hz, "data", bias), dataset
+        if bias is None or (abs(bias) < LEAVES_ALONE and hz <= kept):
+            return found
+        if best is None or abs(bias) < abs(best[0].bias):
+            best = found
         if hz / STEP < SLOWEST_HZ:
-            return min(found, key=lambda one: abs(one[0].bias))
+            return best
         hz = min(hz / STEP, kept) if hz > kept else hz / STEP
 
 
@@ -129,8 +129,9 @@ class Looks:
 
     def at(self, hz):
         """The dataset."""
-        own = hz == self.model.score.lowpass_hz
-        processed = self.processed if own else processed_at(self.model, self.recordings, self.names, hz)
+        processed, self.processed = self.processed, None  # looked through once: they would only take up memory
+        if not processed or hz != self.model.score.lowpass_hz:
+            processed = processed_at(self.model, self.recordings, self.names, hz)
         return dataset_of(self.model, processed, self.tree, self.effects)
 
     def first(self, wanted_hz, seed):

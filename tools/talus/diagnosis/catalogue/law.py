@@ -38,8 +38,16 @@ class Column:
 
     def __call__(self, terms):
         """{channel: column on the grid} of one recording."""
-        (_, shown), = batches(terms, [self])
-        return {name: values[0] for name, values in shown.items() if shows(values[0])}
+        return self.along([terms])[0]
+
+    def along(self, all_terms):
+        """The same of each recording; links behind a spring are stepped together."""
+        every = [(self.shape, [self])]
+        if self.is_of_the_instant:
+            found = [_of_the_instant(terms, kind_of(self.effect), self.joints, self.session, every)[1] for terms in all_terms]
+        else:
+            found = _over_segments(all_terms, kind_of(self.effect), self.joints[0], _strengths(every), every)[1]
+        return [{name: values[0] for name, values in shown.items() if shows(values[0])} for shown in found]
 
     @property
     def is_of_the_instant(self):
@@ -78,12 +86,17 @@ def batches(terms, columns):
                 yield _of_the_instant(terms, kind, joints, session, some)
             continue
         by_strengths = {}
-        for shape, own in shapes.items():
-            wanted = sum({1 << number for one in own for number, _ in one.amounts})
-            by_strengths.setdefault(wanted, []).append((shape, own))
+        for shape in shapes.items():
+            by_strengths.setdefault(_strengths([shape]), []).append(shape)
         for wanted, every in by_strengths.items():
             for some in _some(every, kind, terms):
-                yield _over_segments(terms, kind, joints[0], wanted, some)
+                own, (shown,) = _over_segments([terms], kind, joints[0], wanted, some)
+                yield own, shown
+
+
+def _strengths(shapes):
+    """Set, as 1 << number, of the strengths whose columns are summed."""
+    return sum({1 << number for _, own in shapes for one in own for number, _ in one.amounts})
 
 
 def _some(shapes, kind, terms):
@@ -135,29 +148,44 @@ def _sum(every, column):
 # ---- over segments ---------------------------------------------------------------------
 
 
-def _over_segments(terms, kind, joint, strengths, shapes):
-    """Columns of some shapes of a kind that is no law of the instant, all with the same strengths."""
+def _over_segments(all_terms, kind, joint, strengths, shapes):
+    """(columns, [{channel: (columns, grid)} of each recording]) of some shapes of a kind that is no law of the instant, all with the
+    same strengths."""
     columns = [one for _, own in shapes for one in own]
-    parts = [_of_part(terms, kind, joint, strengths, shapes, number) for number in range(len(terms.processed.parts))]
-    silent = [np.zeros((len(columns), part["n"])) for part in terms.processed.parts]
-    shown = sorted({name for part in parts for name in part})
-    return columns, {name: np.concatenate([part.get(name, none) for part, none in zip(parts, silent)], axis=1) for name in shown}
+    raw = _raw(all_terms, kind, joint, strengths, np.array([shape for shape, _ in shapes]))
+    out = []
+    for terms in all_terms:
+        parts = [_of_part(terms, kind, shapes, number, next(raw)) for number in range(len(terms.processed.parts))]
+        silent = [np.zeros((len(columns), part["n"])) for part in terms.processed.parts]
+        shown = sorted({name for part in parts for name in part})
+        out.append({name: np.concatenate([part.get(name, none) for part, none in zip(parts, silent)], axis=1) for name in shown})
+    return columns, out
 
 
-def _of_part(terms, kind, joint, strengths, every, number):
-    """{channel: (columns, grid)} of one part of a recording, of channels that show anything."""
-    prepared = terms.prepared(number)
-    n = prepared.segment.n
-    shown = {name: np.zeros((len(every), len(kind.strengths), n)) for name in terms.channels_of(joint)}
-    wanted = ffi.new("tl_effect_wanted *", {"strengths": strengths})
-    for name, values in shown.items():
-        wanted.shown[_CHANNEL[name]] = pointer(values)
-    lib.tl_effect_segment_columns(kind.struct, joint, pointer(np.array([shape for shape, _ in every]).reshape(-1)), len(every),
-                                  prepared, wanted)  # fmt: skip
+def _raw(all_terms, kind, joint, strengths, shapes):
+    """Iterator over {channel: (shapes, strengths, samples)} of each part of each recording, of channels that show anything; only
+    the strengths that are asked for are written."""
+    prepared = [terms.prepared(number) for terms in all_terms for number in range(len(terms.processed.parts))]
+    channels = [terms.channels_of(joint) for terms in all_terms for _ in terms.processed.parts]
+    raw = [{name: np.empty((len(shapes), len(kind.strengths), one.segment.n)) for name in names}
+           for one, names in zip(prepared, channels)]  # fmt: skip
+    wanted = ffi.new("tl_effect_wanted[]", [{"strengths": strengths} for _ in prepared])
+    for one, shown in zip(wanted, raw):
+        for name, values in shown.items():
+            one.shown[_CHANNEL[name]] = pointer(values)
+    lanes = min(len(shapes) * len(prepared), constants.TL_TWO_MASS_LANES) if kind.struct.link else 0
+    work = np.empty(lanes * lib.tl_effect_link_memory(max(one.segment.n for one in prepared)))
+    lib.tl_effect_segments_columns(kind.struct, joint, pointer(shapes.reshape(-1)), len(shapes), prepared, wanted, len(prepared),
+                                   pointer(work), lanes)  # fmt: skip
+    numbers = [k for k in range(len(kind.strengths)) if strengths >> k & 1]
+    seen = lambda values: any(shows(one[k]) for one in values for k in numbers)
+    return ({name: values for name, values in shown.items() if seen(values)} for shown in raw)
+
+
+def _of_part(terms, kind, every, number, shown):
+    """{channel: (columns, grid)} of one part of a recording from its raw columns."""
     out = {}
     for name, values in shown.items():
-        if not shows(values.reshape(-1)):
-            continue
         torque = int(name[1]) if name[0] == "T" else None
         sums = np.array([_sum(values[k], one) for k, (_, own) in enumerate(every) for one in own])
         out[name] = terms.operated_part(sums, torque, number, bridged=bool(kind.struct.bridged))

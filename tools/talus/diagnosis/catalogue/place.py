@@ -79,7 +79,7 @@ class Place:
     @property
     def has_offset(self):
         """Is a constant torque among what is identified?"""
-        return bool(np.any(self.all_terms[0].offset_Nm[self.number] != 0.0))
+        return bool(np.any(self.all_terms[0].instants(self.number)["offset_Nm"] != 0.0))
 
     @property
     def travels(self):

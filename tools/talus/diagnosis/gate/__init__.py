@@ -12,7 +12,7 @@ import talus
 
 from .angles import angle_findings
 from .finding import Finding, worst_first
-from .machine import joint_findings
+from .machine import Read, joint_findings
 from .rows import row_findings
 from .samples import sample_findings
 from .times import time_findings
@@ -33,9 +33,13 @@ def findings(model, names, recordings):
         found += angle_findings(model, name, recording)
     # beside a sensor at the output torque constant and friction may be anything: finding them is the diagnosis
     spoiled = any(f.grave for f in found) or any("joint_load_Nm" in r.columns for r in recordings)
-    for joint in range(len(model.joints) if not spoiled else 0):
-        try:
-            found += joint_findings(model, names, recordings, joint)
-        except talus.TalusError:
-            continue  # too little motion to fit anything: said elsewhere
-    return worst_first(found)
+    return worst_first([*found, *([] if spoiled else _machine_findings(model, names, recordings))])
+
+
+def _machine_findings(model, names, recordings):
+    """Findings of the joints' columns under the model."""
+    try:
+        read = Read(model, recordings)
+        return [one for joint in range(len(model.joints)) for one in joint_findings(model, names, recordings, read, joint)]
+    except talus.TalusError:
+        return []  # too little motion to fit anything: said elsewhere

@@ -61,12 +61,19 @@ def explanations(gear):
                           1.0, gear)  # fmt: skip
 
 
-def joint_rows(model, recordings, joint):
-    """Rows of a joint in each recording; None where there are too few."""
+class Read:
+    """Recordings as the plain model reads them, once for all joints."""
+
+    def __init__(self, model, recordings):
+        self.regressions = [talus.Regression(model, recording.head(MOST_SAMPLES)) for recording in recordings]
+        self.parts = [regression.rows() for regression in self.regressions]
+
+
+def joint_rows(model, every, joint):
+    """Rows of a joint in each recording, of all whose parts are `every`; None where there are too few."""
     out, prior = [], np.array(list(model.base.values()))
-    for recording in recordings:
-        parts = talus.Regression(model, recording.head(MOST_SAMPLES)).rows()[joint]
-        kept = [part for part in parts if np.any(part.kind == lib.TL_ROW_SCORED)]
+    for parts in every:
+        kept = [part for part in parts[joint] if np.any(part.kind == lib.TL_ROW_SCORED)]
         if sum(int(np.sum(part.kind == lib.TL_ROW_SCORED)) for part in kept) < FEWEST_ROWS:
             out.append(None)
             continue
@@ -106,9 +113,9 @@ def distance(rows, found, torque=1.0):
     return float(np.max(np.where(against, 2 * FAR, np.where(given == 0, 0.0, logs))))
 
 
-def joint_findings(model, names, recordings, joint):
-    """What is wrong with a joint's angle or torque."""
-    name, every = model.joints[joint], joint_rows(model, recordings, joint)
+def joint_findings(model, names, recordings, read, joint):
+    """What is wrong with a joint's angle or torque; the recordings as they are `read`."""
+    name, every = model.joints[joint], joint_rows(model, read.parts, joint)
     rows = stacked(every)
     if rows is None:
         return
@@ -118,7 +125,7 @@ def joint_findings(model, names, recordings, joint):
     if unsigned:
         yield unsigned
     elif far > FAR:
-        best = min(_tried(model, recordings, joint, rows), key=lambda x: x[0], default=None)
+        best = min(_tried(model, read, joint, rows), key=lambda x: x[0], default=None)
         if best and best[0] < NEAR and best[1] < WORSE_FIT * left + HARDLY:
             yield Finding(best[2].id, True, _column(model, joint, best[2]),
                           f"the {name}'s torque terms are up to {np.exp(far):.0f} times off those of the model file, as if {best[2].words}",
@@ -126,22 +133,22 @@ def joint_findings(model, names, recordings, joint):
     yield from _other_machine(name, names, every, [recording.origin.path for recording in recordings])
 
 
-def _tried(model, recordings, joint, rows):
+def _tried(model, read, joint, rows):
     """(distance, residual, explanation) of each."""
     for explanation in explanations(_gear(model, joint)):
-        tried = rows if explanation.angle == 1.0 else _at_angle(model, recordings, joint, explanation.angle)
+        tried = rows if explanation.angle == 1.0 else _at_angle(model, read, joint, explanation.angle)
         if tried is not None:
             found, left = fitted(tried, explanation.torque)
             yield distance(tried, found, explanation.torque), left, explanation
 
 
-def _at_angle(model, recordings, joint, factor):
+def _at_angle(model, read, joint, factor):
     """Rows of a joint whose angle columns are multiplied."""
     columns = angle_columns(model, joint)
-    changed = [talus.Recording({n: factor * x if n in columns else x for n, x in r.head(MOST_SAMPLES).columns.items()})
-               for r in recordings]  # fmt: skip
     try:
-        return stacked(joint_rows(model, changed, joint))
+        changed = [regression.reread(talus.Recording({n: factor * x if n in columns else x for n, x in regression.recording.columns.items()}),
+                                     joint) for regression in read.regressions]  # fmt: skip
+        return stacked(joint_rows(model, [regression.rows() for regression in changed], joint))
     except talus.TalusError:  # the drive cannot stand there
         return None
 
