@@ -128,7 +128,7 @@ def effects(search, fit, before):
     """`effects` of the report: each effect with the gap of its joint before and after it was added, what it closes at every
     joint, and how far its parameters are known."""
     dataset, out, last = search.dataset, [], before
-    errors = standard_errors(search, fit)
+    errors = whole_errors(search, fit)
     for k, candidate in enumerate(fit.chosen):
         now = Residuals(search, fit.chosen[:k + 1])
         joints = dataset.model.joints
@@ -163,9 +163,22 @@ def standard_errors(search, fit):
     scale = np.sqrt(np.diag(products))
     scale[scale == 0] = 1
     inverse = np.linalg.inv(products / np.outer(scale, scale) + 1e-10 * np.eye(len(scale)))
-    left = max((fit.excess + search.freedom) / search.freedom, 1.0)
+    left = left_of_freedom(search, fit)
     every = list(np.sqrt(np.maximum(np.diag(inverse), 0.0) * left)[-len(columns):] / scale[-len(columns):]) if columns else []
     return [[every.pop(0) for _ in candidate.columns] for candidate in fit.chosen]
+
+
+def left_of_freedom(search, fit):
+    """What a fit leaves over the noise's freedom, 1 at the least."""
+    return max((fit.excess + search.freedom) / search.freedom, 1.0)
+
+
+def whole_errors(search, fit):
+    """Standard errors, and beside them what reconstruction makes of each strength: where an effect gains g by nothing, its strength
+    there is the root of g times the error by noise alone."""
+    left, known = left_of_freedom(search, fit), search.calibration
+    gains = [known.by_nothing(c.key) if known else 0.0 for c in fit.chosen]
+    return [[e * math.sqrt(1.0 + gain / left) for e in own] for gain, own in zip(gains, standard_errors(search, fit), strict=True)]
 
 
 def interval(candidate, strengths, errors):

@@ -40,6 +40,10 @@ class Calibration:
         """(mean, width) of the logarithm of an (effect, joint)'s gain where nothing is hidden."""
         return _lognormal([math.log(max(gains.get(key, 0.0), 0.0) + self.chance) for gains in self.gains])
 
+    def by_nothing(self, key):
+        """What an (effect, joint) gains in the replicates, on the average; 0 where noise alone would gain as much."""
+        return max(float(np.mean([gains.get(key, 0.0) for gains in self.gains])), 0.0)
+
     def widths(self, key, gain):
         """How far a gain lies above the nulls', in their widths."""
         middle, width = self.width(key)
