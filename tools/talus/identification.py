@@ -68,7 +68,7 @@ class Regression:
             check(lib.tl_regression_set_effects(self.struct, self._effects, len(model.effects), recording.t[0]))
 
     def _first(self) -> tuple[int, int]:
-        begin, end = next(iter(self.recording.segments()))
+        begin, end = next(iter(self.recording.segments()), (0, len(self.recording.t)))
         return begin, min(end, begin + SAMPLE_ROWS)
 
     def _liveliest(self, joint: int) -> tuple[int, int]:
