@@ -26,7 +26,7 @@ def judge(result):
     rows = []
     for one in result["spoiled"]:
         found = any((f["id"], f["column"]) == (one["finding"], one["column"]) for f in one["findings"])
-        rows.append({**base, "kind": one["kind"], "expected": entry(one), "named": found, "others": ", ".join(others(one)),
+        rows.append({**base, "kind": one["kind"], "expected": f"{one['finding']} {one['column']}".strip(), "named": found, "others": ", ".join(others(one)),
                      "said": ", ".join(entry(f) for f in one["findings"])})  # fmt: skip
     return rows, sound_row(base, result["sound"])
 
