@@ -10,7 +10,7 @@ from .samples import finest_step, shows
 TOLERANCE = 0.1  # of the slope of one column over the other
 ANOTHER_RATIO = 0.25  # of the slope: no play, twist or wrong length of a linkage makes so much
 AGREES = 0.9  # correlation of two columns that show the same motion
-SURELY = 0.98
+SURELY, SAME = 0.98, 1e-6  # two correlations that differ by rounding: a drive of constant ratio bends no angle
 DEGREES, TURNS = 180 / np.pi, 1 / (2 * np.pi)
 UNITS = ((DEGREES, "in degrees"), (TURNS, "in turns"))
 RATES_OVER_S, FEWEST_RATES = (0.02, 0.1, 0.5), 100
@@ -101,10 +101,9 @@ class Drive:
 
     def mistaken(self, at_joint, at_motor):
         """(id, column, words) of what is mistaken, or None."""
-        raw, raw_agrees = _slope(self.motor, self.at_joint)
-        if raw_agrees > AGREES and _is(raw, 1.0) and self.gear > 1.5:
+        (raw, raw_agrees), (slope, agrees) = _slope(self.motor, self.at_joint), self.through()
+        if raw_agrees > max(AGREES, agrees - SAME) and _is(raw, 1.0) and self.gear > 1.5:
             return "ratio", at_motor, f"both are the same angle, and the drive's ratio is {self.gear:.0f}"
-        slope, agrees = self.through()
         if agrees > AGREES:
             return self._by_slope(slope, agrees, at_joint, at_motor)
         for factor, words in UNITS:  # the angle is beyond what the drive can be at
