@@ -333,7 +333,7 @@ $(BUILD)/python/talus_macros.h: $(BUILD)/python/talus_cdef.h
 
 # ---- check, show, measure ---------------------------------------------------
 
-.PHONY: deps check check-san check-long check-coverage cover check-arch test test-san test-long fuzz rig test-rig tsan lint demo paper blind nulls spike camera fleet bench
+.PHONY: deps check check-san check-long check-coverage cover check-arch test test-san test-long fuzz rig test-rig tsan lint demo paper blind nulls spike camera gate fleet bench
 # What a goal needs is installed first; then make starts anew, because what this
 # run found out about compilers and packages may no longer be true.
 again = +$(Q)$(MAKE) --no-print-directory $(if $(findstring jobserver,$(MAKEFLAGS)),,-j$(JOBS))
@@ -475,9 +475,11 @@ spike: SEED := 1
 spike: COUNT := 60
 camera: SEED := 1
 camera: COUNT := 28
+gate: SEED := 1
+gate: COUNT := 40
 fleet: SEED := 1
 fleet: COUNT := 1000
-spike camera fleet:
+spike camera gate fleet:
 	@tools/setup check
 	$(again) all
 	$(Q)$(run_env) $(KNOWN)
@@ -635,6 +637,7 @@ help:
 	@echo 'make spike         how often it names an effect added to a real recording; SEED, COUNT, JOBS, TALUS_DATA='
 	@echo 'make fleet         talus-fleet on simulated arms, two processes killed; SEED, COUNT, JOBS'
 	@echo 'make camera        what a camera tells it of pairs of causes that are alike; SEED, COUNT, JOBS'
+	@echo 'make gate          whether spoiled recordings are named before any cause is, and sound ones left alone; SEED, COUNT, JOBS, TALUS_DATA='
 	@echo 'make bench         compare speed with peers (installs them); BENCH=signals: one of them'
 	@echo 'make deps          install what is missing: apt packages, .venv'
 	@echo 'make docs          these pages as a site, with the reference of C and Python, in $(BUILD)/docs/'

@@ -68,7 +68,7 @@ class Regression:
             check(lib.tl_regression_set_effects(self.struct, self._effects, len(model.effects), recording.t[0]))
 
     def _first(self) -> tuple[int, int]:
-        begin, end = next(iter(self.recording.segments()))
+        begin, end = next(iter(self.recording.segments()), (0, len(self.recording.t)))
         return begin, min(end, begin + SAMPLE_ROWS)
 
     def _liveliest(self, joint: int) -> tuple[int, int]:
@@ -106,18 +106,6 @@ class Regression:
         s = self.struct.sensing[joint]
         return {"order": s.window.order, "window_s": s.window.length_s, "quick_s": s.quick.length_s,
                 "noise": s.noise, "step": s.step, "standstill": s.standstill}
-
-    def reread(self, recording: Recording, joint: int) -> Regression:
-        """The same of a recording in which one joint's angle alone differs: how the others' are read stays.
-
-        >>> model, arm = talus.Model.read("models/pendulum.yaml"), talus.Recording.read("arm.csv")
-        >>> twice = talus.Recording({**arm.columns, "joint_rad": 2 * arm.columns["joint_rad"]})
-        >>> talus.Regression(model, arm).reread(twice, 0).sensing() == talus.Regression(model, twice).sensing()
-        True
-        """
-        other = _as_before(self, recording, 1.0)
-        other._sense(joint, other._first(), None, None)
-        return other
 
     def _space(self, rows: int, span_s: float) -> tuple[Any, Any]:
         joints, grid = len(self.model.joints), int(span_s / self.recording.step_s) + 3

@@ -7,7 +7,7 @@ import sys
 from pathlib import Path
 
 from ..blind.unseal import words
-from . import camera, fleet, nulls, outputs, running, spikes
+from . import camera, fleet, gate_outputs, gates, nulls, outputs, running, spikes
 
 
 def read_only(text):
@@ -53,6 +53,13 @@ def run_camera(options):
     return 0
 
 
+def run_gate(options):
+    cases = gates.draw(options.data, options.seed, options.count)
+    results = running.run("gate", cases, Path(options.out) / f"seed{options.seed}", gates.examine, options.jobs, options.keep)
+    gate_outputs.gate(results, Path(options.out))
+    return 0
+
+
 def run_fleet(options):
     found = fleet.measure(Path(options.out), options.count, options.seed, options.jobs)
     held = fleet.bars(found)
@@ -68,14 +75,17 @@ def parser():
     one.add_argument("--only", type=read_only, default={}, help="of the grid: 'plant=leg,slider rate_Hz=100'")
     one.set_defaults(run=run_nulls)
     other = commands.add_parser("spike", help="effects added to recordings of real machines")
-    other.add_argument("--data", default=os.environ.get("TALUS_DATA") or running.ROOT.parent / "shared" / "data",
-                       help="folder of the recordings (TALUS_DATA)")  # fmt: skip
     other.set_defaults(run=run_spikes)
     third = commands.add_parser("camera", help="benches with one effect, with and without a camera's angles")
     third.set_defaults(run=run_camera)
     fourth = commands.add_parser("fleet", help="a fleet of arms through talus-fleet, on processes of which two are killed and one by one")
     fourth.set_defaults(run=run_fleet)
-    for command in (one, other, third, fourth):
+    fifth = commands.add_parser("gate", help="recordings with a fault, and sound ones, before the gate")
+    fifth.set_defaults(run=run_gate)
+    for command in (other, fifth):
+        command.add_argument("--data", default=os.environ.get("TALUS_DATA") or running.ROOT.parent / "shared" / "data",
+                             help="folder of the recordings (TALUS_DATA)")  # fmt: skip
+    for command in (one, other, third, fourth, fifth):
         command.add_argument("--seed", type=int, default=1)
         command.add_argument("--count", type=number, default=60)
         command.add_argument("--out", required=True, help="folder of reports, kept there, and of the outcome")

@@ -71,7 +71,9 @@ def _plain(value):
 
 
 def said(result):
-    """A verdict in a few words."""
+    """A verdict in a few words, or how many faults were tried."""
+    if "spoiled" in result:
+        return f"{len(result['spoiled'])} faults"
     if result["report"] is None:
         return f"status {result['status']}"
     verdict = result["report"]["verdict"]

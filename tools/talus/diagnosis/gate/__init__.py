@@ -5,16 +5,17 @@
 
     times.py      the time column        samples.py    each column by itself      rows.py   rows that stand twice
     angles.py     columns that tell one angle              machine.py   columns against the model's machine
-    excerpt.py    what of long recordings is looked at
+    load.py       a torque beside a sensor at the output       excerpt.py   what of long recordings is looked at
 """
 
 import talus
 
 from .angles import angle_findings
 from .finding import Finding, worst_first
-from .machine import Read, joint_findings
-from .rows import row_findings
-from .samples import sample_findings
+from .load import load_findings
+from .machine import joint_findings
+from .rows import row_findings, without_copy
+from .samples import sample_findings, without_spikes
 from .times import time_findings
 
 __all__ = ["Finding", "findings"]
@@ -25,21 +26,25 @@ def findings(model, names, recordings):
     found = []
     for name, recording in zip(names, recordings, strict=True):
         found += time_findings(name, recording)
-        found += sample_findings(name, recording)
+    if any(f.grave and f.id in ("units", "too_slow") for f in found):
+        return worst_first(found)  # nothing that needs times can be told
+    for name, recording in zip(names, recordings, strict=True):
+        found += sample_findings(name, without_copy(recording))
     found += row_findings(names, recordings)
-    if any(f.grave and f.id in ("units", "clock", "too_slow") for f in found):
-        return worst_first(found)  # nothing that needs velocities can be told
+    if any(f.id == "repeated_rows" for f in found):
+        return worst_first(found)  # nor what needs velocities
     for name, recording in zip(names, recordings, strict=True):
         found += angle_findings(model, name, recording)
+        found += load_findings(model, name, recording)
     # beside a sensor at the output torque constant and friction may be anything: finding them is the diagnosis
-    spoiled = any(f.grave for f in found) or any("joint_load_Nm" in r.columns for r in recordings)
-    return worst_first([*found, *([] if spoiled else _machine_findings(model, names, recordings))])
-
-
-def _machine_findings(model, names, recordings):
-    """Findings of the joints' columns under the model."""
-    try:
-        read = Read(model, recordings)
-        return [one for joint in range(len(model.joints)) for one in joint_findings(model, names, recordings, read, joint)]
-    except talus.TalusError:
-        return []  # too little motion to fit anything: said elsewhere
+    spoiled = any(f.grave or f.id == "clock" for f in found) or any("joint_load_Nm" in r.columns for r in recordings)
+    unspiked = [without_spikes(recording) for recording in recordings]
+    coarse = {f.column for f in found if f.id == "coarse"}
+    for joint in range(len(model.joints) if not spoiled else 0):
+        if coarse & {f"{model.joints[joint]}_{what}" for what in ("motor_rad", "rad")}:
+            continue  # its speed and acceleration are noise
+        try:
+            found += joint_findings(model, names, unspiked, joint)
+        except talus.TalusError:
+            continue  # too little motion to fit anything: said elsewhere
+    return worst_first(found)
