@@ -101,6 +101,10 @@ def test_an_effect_is_doubted_where_the_replicates_gain_nearly_as_much_by_anothe
         assert judged.effect == KEY[0] and judged.probabilities[0][0] == pytest.approx(thresholds.UNSTABLE_AT_MOST if doubted else 0.99)
 
 
+def test_an_effect_that_opens_more_than_it_closes_does_not_outdo_the_replicates():
+    assert Calibration({KEY: 900.0}, [{KEY: 9.0}, {KEY: 20.0}], {"T0": 0.0}, 0.0, 40.0).outdone(-1000.0)
+
+
 # ---- replicates ------------------------------------------------------------------------
 
 

@@ -84,7 +84,7 @@ class Calibration:
 
     def _largest(self, gain=None):
         own, *nulls = (max(max(self._known(gains).values(), default=0.0), 0.0) for gains in (self.own, *self.gains))
-        return self._widths_of([own if gain is None else gain, *nulls])
+        return self._widths_of([own if gain is None else max(gain, 0.0), *nulls])
 
     def _widths_of(self, gains):
         logs = [math.log(gain + self.least) for gain in gains]
