@@ -13,7 +13,7 @@ from support import REPOSITORY, run
 
 import talus
 from talus.diagnosis import verdict
-from talus.diagnosis.calibration import gains, lowpass, thresholds
+from talus.diagnosis.calibration import gains, lowpass, stability, thresholds
 from talus.diagnosis.calibration.gains import Calibration
 from talus.diagnosis.calibration.replicates import Source, driven
 from talus.diagnosis.search import plain_base
@@ -122,6 +122,35 @@ def test_an_effect_is_doubted_where_the_replicates_gain_nearly_as_much_by_anothe
         judged = verdict.judge(SimpleNamespace(calibration=found), SimpleNamespace(chosen=[SimpleNamespace(key=KEY)]))
         assert found.nothing(KEY, 2800.0) < 0.01 and found.outdone() == doubted
         assert judged.effect == KEY[0] and judged.probabilities[0][0] == pytest.approx(thresholds.NEARLY_HALF if doubted else 0.99)
+
+
+def test_where_the_inertia_is_not_known_an_effect_must_gain_more_than_anything_in_replicates():
+    other = ("elasticity", "joint")
+    calibration = Calibration({KEY: 9e4, other: 500.0}, [{other: gain} for gain in (400.0, 500.0, 450.0)], {"T0": 0.0}, 16.0)
+    one = SimpleNamespace(key=KEY)
+
+    def at_most(gain, fixed):
+        search = SimpleNamespace(calibration=calibration, fit=lambda chosen: SimpleNamespace(excess=gain))
+        return verdict.at_most(search, SimpleNamespace(chosen=[one], excess=0.0), one, fixed)
+
+    assert at_most(600.0, fixed=True) == 1.0
+    assert at_most(9e4, fixed=False) > 0.99 and at_most(600.0, fixed=False) < 0.1
+    assert at_most(-100.0, fixed=False) < 0.1  # an effect that opens more than it closes
+
+
+def test_what_changes_its_size_with_the_low_pass_is_not_kept(monkeypatch):
+    law, filters = SimpleNamespace(key=KEY, columns=[1]), SimpleNamespace(key=("elasticity", "joint"), columns=[2, 3])
+    monkeypatch.setattr(stability, "standard_errors", lambda search, fit: [[0.1], [0.1, 0.1]])
+    monkeypatch.setattr(stability, "Other", lambda search, dataset: SimpleNamespace(strengths=lambda chosen: dataset.strengths))
+    search = SimpleNamespace(dataset=SimpleNamespace(sigma={"T0": 1.0}))
+    fit = SimpleNamespace(chosen=[law, filters], strengths=[[1.0], [2.0, 3.0]])
+    half, twice = (SimpleNamespace(strengths=np.array(x)) for x in ([1.1, 2.1, 3.0], [0.9, 2.0, 3.3]))
+    assert stability.keep_their_size(search, fit, [half]) == {KEY, ("elasticity", "joint")}
+    assert stability.keep_their_size(search, fit, [half, twice]) == {KEY}
+
+
+def test_an_effect_that_opens_more_than_it_closes_does_not_outdo_the_replicates():
+    assert Calibration({KEY: 900.0}, [{KEY: 9.0}, {KEY: 20.0}], {"T0": 0.0}, 16.0).outdone(-1000.0)
 
 
 # ---- replicates ------------------------------------------------------------------------

@@ -216,9 +216,8 @@ def diagnose(options, step, own=()):
         return report.withheld(identification, [lowpass.too_coarse(model), *findings]), tree, model
     finished, fit = search(dataset, list(model.base.values()), step, seed, replicated=not options.quick)
     step("half the low-pass")
-    sound = not (through.cannot_be_fixed or through.cannot_be_halved)
     finished.camera_zero_rad = options.camera_zero_rad
-    verdict = judge(finished, fit, None if options.quick else looks.half_of(through), sound)
+    verdict = judge(finished, fit, None if options.quick else looks.half_of(through), looks.around(through), not through.cannot_be_fixed)
     step("maps")
     return report.diagnosis(finished, verdict, seed, findings, through), tree, model
 

@@ -7,7 +7,7 @@ import numpy as np
 from . import tilt_source
 from .calibration import further
 from .outside.beside import Beyond
-from .calibration.stability import survives
+from .calibration.stability import keep_their_size, survives
 from .calibration.thresholds import (
     HALF,
     LOGIT_WIDTH,
@@ -36,11 +36,11 @@ class Verdict:
         self.beyond = None  # outside.beside.Beyond: what could stand there that is in no catalogue
         self.resembles = []  # [(probability, candidate)] of that
 
-    def doubted(self):
-        """The same where the named effect may be what the sensors did: no more likely than not. What it loses goes to `none` and
-        `unknown` alike, for nothing tells which of them it is."""
+    def doubted(self, at_most):
+        """The same where the named effect may be what the sensors did. What it loses goes to `none` and `unknown` alike, for nothing
+        tells which of them it is."""
         first, effect, joint = self.probabilities[0]
-        over = max(first - NEARLY_HALF, 0.0)
+        over = max(first - at_most, 0.0)
         rest = {(e, j): p for p, e, j in self.probabilities[1:]}
         for no_cause in ("none", "unknown"):
             rest[no_cause, "none"] = rest.get((no_cause, "none"), 0.0) + 0.5 * over
@@ -196,29 +196,42 @@ def _weight(fit):
     return math.prod(candidate.weight(strengths) for candidate, strengths in zip(fit.chosen, fit.strengths, strict=True))
 
 
-def judge(search, fit, half=None, sound=True):
+def judge(search, fit, half=None, around=(), fixed=True):
     """The verdict on a search's outcome, and the fit with the named effect in front. `half` makes the dataset through half the
-    low-pass, at which a named effect must show as well. It may stand for what the sensors did where these are not `sound` (they
-    leave the inertia unknown, or half the low-pass untried), and where replicates gain more than the recordings."""
-    verdict = first_judgement(search, fit, sound)
+    low-pass, at which a named effect must show as well; `around` makes those at which it must have the same size where that cannot be
+    tried. `fixed`: do the sensors leave the inertia known?"""
+    verdict = first_judgement(search, fit, fixed and not around)
     if not verdict.fit.chosen:
         return verdict
     at_half = half() if half else None
     further.judged(search, verdict, at_half)
     if verdict.beyond:
         verdict.beyond.add_to(verdict)
-    by_sensors = not sound or bool(search.calibration and search.calibration.outdone())
-    if by_sensors:
-        verdict.further = {key: min(p, NEARLY_HALF) for key, p in verdict.further.items()}
+    steady = keep_their_size(search, verdict.fit, [one() for one in around]) if around else {c.key for c in verdict.fit.chosen}
+    most = {c.key: at_most(search, verdict.fit, c, fixed) if c.key in steady else NEARLY_HALF for c in verdict.fit.chosen}
+    verdict.further = {key: min(p, most[key]) for key, p in verdict.further.items()}
     if verdict.effect == "unknown":
         return verdict
-    if half:
-        verdict.stable = survives(search, verdict.fit, verdict.rivals, at_half)
-    if by_sensors or verdict.stable is False:
-        verdict.doubted()
+    first = verdict.fit.chosen[0]
+    if half or around:
+        verdict.stable = survives(search, verdict.fit, verdict.rivals, at_half) if half else first.key in steady
+    verdict.doubted(NEARLY_HALF if verdict.stable is False else most[first.key])
     if verdict.effect in ("none", "unknown"):
         verdict.fit = search.plain
     return verdict
+
+
+def at_most(search, fit, one, fixed):
+    """How probable one effect of a fit can be, for what the readings alone may gain. Where they leave the inertia unknown the effect
+    may stand for that, and must gain more than anything gains in replicates."""
+    calibration = search.calibration
+    if calibration and calibration.outdone():
+        return NEARLY_HALF
+    if fixed:
+        return 1.0
+    if not calibration:
+        return NEARLY_HALF
+    return 1.0 - calibration.by_readings(search.fit([c for c in fit.chosen if c is not one]).excess - fit.excess)
 
 
 def first_judgement(search, fit, sound):

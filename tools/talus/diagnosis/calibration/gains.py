@@ -90,9 +90,13 @@ class Calibration:
         so much may gain another effect as much in the recordings."""
         return self._largest(gain)[0] < HALF
 
+    def by_readings(self, gain):
+        """Probability that a gain is no more than what the readings alone gain something, whatever effect that is."""
+        return self._probability(*self._largest(gain), 1)
+
     def _largest(self, gain=None):
         own, *nulls = (max(max(self._known(gains).values(), default=0.0), 0.0) for gains in (self.own, *self.gains))
-        return self._widths_of([own if gain is None else gain, *nulls])
+        return self._widths_of([own if gain is None else max(gain, 0.0), *nulls])
 
     def _widths_of(self, gains):
         logs = [math.log(gain + self.least) for gain in gains]

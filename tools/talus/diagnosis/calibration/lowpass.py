@@ -6,6 +6,7 @@ identified once more. The windows of the motion stay as short as the score's own
 """
 
 import copy
+import functools
 from dataclasses import dataclass
 
 import numpy as np
@@ -41,7 +42,7 @@ class Lowpass:
 
     @property
     def cannot_be_halved(self):
-        """Do the data ask for one so slow that no verdict can be tried at half of it?"""
+        """Do the data ask for one so slow that rivals cannot be tried at half of it?"""
         return self.source == "data" and 0.5 * self.hz < SLOWEST_HZ
 
     @property
@@ -142,6 +143,10 @@ class Looks:
         if "score" in self.tree:
             return Lowpass(own_hz, "model"), self.at(own_hz)
         return chosen(self.at, own_hz, kept_hz(self.processed, own_hz), seed)
+
+    def around(self, through):
+        """What makes the datasets at half and at twice of a Lowpass that cannot be halved; nothing for another."""
+        return [functools.partial(self.at, times * through.hz) for times in (0.5, 2.0)] if through.cannot_be_halved else []
 
     def half_of(self, through):
         """What makes the dataset at half a Lowpass; None where that would be slower than any."""

@@ -1,13 +1,17 @@
 """Does a verdict survive another low-pass? What is named at one frequency alone may be what the filter left."""
 
+import numpy as np
+
+from ..figures import standard_errors
 from ..gram import Gram
 from ..torque_terms import TorqueTerms
+from .thresholds import DEVIATIONS
 
 MOST_RIVALS = 4
 
 
-class Half:
-    """The named effect and its nearest rivals, fitted to rows through half the low-pass."""
+class Other:
+    """Effects fitted to rows through another low-pass."""
 
     def __init__(self, search, dataset):
         self.search, self.dataset = search, dataset
@@ -17,18 +21,36 @@ class Half:
 
     def excess(self, chosen):
         """Chi-square over noise that candidates leave on held-out blocks."""
-        gram = Gram(self.dataset, self.all_terms, chosen)
-        chi2 = gram.held_out([column for candidate in chosen for column in candidate.columns])[0]
-        return chi2 - self.dataset.freedom()
+        return self._held_out(chosen)[0] - self.dataset.freedom()
+
+    def strengths(self, chosen):
+        """Of all columns of candidates, fitted together."""
+        return self._held_out(chosen)[1]
+
+    def _held_out(self, chosen):
+        return Gram(self.dataset, self.all_terms, chosen).held_out(self.search.columns(chosen))
 
 
 def survives(search, fit, rivals, dataset):
     """Is the first effect of a fit still the best there, or as good as the best, and worth having? `dataset` holds the same
     recordings through half the low-pass, over the same noise."""
     dataset.sigma = dict(search.dataset.sigma)
-    half, (first, *others) = Half(search, dataset), fit.chosen
+    half, (first, *others) = Other(search, dataset), fit.chosen
     named = half.excess([first, *others])
     without = half.excess(others)
     beside = [half.excess(rival.chosen) for rival in rivals[:MOST_RIVALS] if rival.chosen[-1].key != first.key]
     near = search.detection_threshold + search.tolerated
     return bool(named < without - search.detection_threshold and named < min(beside, default=named) + near)
+
+
+def keep_their_size(search, fit, datasets):
+    """Keys of a fit's effects that have the same strengths through other low-passes, as far as these are known. A law has; what the
+    sensors or the filter did has another size through another filter."""
+    owner = [candidate.key for candidate in fit.chosen for _ in candidate.columns]
+    moved = set()
+    for dataset in datasets:
+        dataset.sigma = dict(search.dataset.sigma)
+        off = Other(search, dataset).strengths(fit.chosen) - np.concatenate(fit.strengths)
+        far = np.abs(off) > DEVIATIONS * np.concatenate(standard_errors(search, fit))
+        moved |= {key for key, one in zip(owner, far, strict=True) if one}
+    return set(owner) - moved

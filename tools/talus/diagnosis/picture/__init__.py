@@ -19,6 +19,12 @@ __all__ = ["page", "sentence"]
 GAP = {"nominal": "as given", "identified": "identified", "extended": "with effects", "noise_floor": "noise floor"}
 ROLES = {"nominal": "nominal", "identified": "identified", "extended": "extended", "noise_floor": "noise"}
 MOST_CAUSES, MOST_PLACES, LEAST_SHOWN = 8, 8, 0.005
+STEADY = {  # by whether half the low-pass is too slow, and whether the named effect is stable
+    False: {True: " The named effect shows at half of that frequency, too.",
+            False: " At half of that frequency the named effect does not show: its probability is lowered."},
+    True: {True: " The named effect has the same size at half and at twice of that frequency.",
+           False: " At half or at twice of it the named effect has another size: its probability is lowered."},
+}  # fmt: skip
 MOST_POINTS = 1500  # of a trajectory: more than a screen shows
 
 
@@ -179,13 +185,13 @@ def _calibration(report):
     bias = report["lowpass"]["inertia_bias"]
     seen += "." if bias is None else f"; there the sensors alone put the inertia {100 * bias:+.1f} % off."
     if bias is not None and abs(bias) > GIVES_UP:
-        seen += " That is so much that an effect may stand for it: none is called more likely than not."
-    if Lowpass(report["lowpass"]["hz"], report["lowpass"]["from"]).cannot_be_halved:
-        seen += " Half of that is too slow for the named effect to be tried there: none is called more likely than not."
+        seen += " That is so much that an effect may stand for it: one counts only for what it gains beyond anything in replicates."
+    slow = Lowpass(report["lowpass"]["hz"], report["lowpass"]["from"]).cannot_be_halved
+    if slow:
+        seen += " Half of that is too slow for rivals to be tried there."
     if not report["calibrated"]:
         return f"{seen} The probabilities are not calibrated on these recordings: there are no replicates of them."
-    steady = {True: " The named effect shows at half of that frequency, too.",
-              False: " At half of that frequency the named effect does not show: its probability is lowered."}  # fmt: skip
+    steady = STEADY[slow]
     return (f"{seen}{steady.get(report['lowpass']['stable'], '')} What a gain is worth was told by {report['replicates']} "
             "replicates of these recordings without any effect.")  # fmt: skip
 
