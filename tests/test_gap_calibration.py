@@ -208,7 +208,7 @@ def test_coarse_encoders_get_a_slower_low_pass_and_fine_ones_do_not(tmp_path):
     """14 bits at 250 samples a second pull the inertia down by several percent at 30 Hz; 20 bits leave it alone."""
     fine = diagnosed(tmp_path, PENDULUM, bench(tmp_path, PENDULUM, "--duration", "40", "--encoder-bits", "20"), "--quick")
     coarse = diagnosed(tmp_path, PENDULUM, bench(tmp_path, PENDULUM, "--duration", "40", "--encoder-bits", "13"), "--quick")
-    assert fine["lowpass"]["hz"] == 30.0 and abs(fine["lowpass"]["inertia_bias"]) < thresholds.LEAVES_ALONE
+    assert fine["lowpass"]["hz"] == 30.0 and abs(fine["lowpass"]["inertia_bias"]) < thresholds.RIGHT_TO
     assert coarse["lowpass"]["hz"] < 30.0 and coarse["lowpass"]["from"] == "data"
 
 

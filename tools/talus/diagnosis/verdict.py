@@ -15,6 +15,7 @@ from .calibration.thresholds import (
     OF_NESTED,
     PART,
     REST_AS_NOISE,
+    RIGHT_TO,
     TIMES_AS_MUCH,
 )
 
@@ -127,9 +128,10 @@ def open_at(search, fit, kinds):
     return left / max(left + closed, 1.0), closed
 
 
-def temperature_of(search, left):
-    """By how much chi-square differs between forms that are equally good: by chance, and the more is left, the more."""
-    return search.chance + REST_AS_NOISE * max(left, 0.0)
+def temperature_of(search, left, before=0.0):
+    """By how much chi-square differs between forms that are equally good: by chance, and the more is left, and was there `before`, the
+    more."""
+    return search.chance + REST_AS_NOISE * max(left, 0.0) + RIGHT_TO**2 * max(before, 0.0)
 
 
 class Odds:
@@ -138,8 +140,8 @@ class Odds:
 
     def __init__(self, search, fit):
         self.search, self.fit = search, fit
-        self.mine = search.held_out_excess(fit.chosen)
-        self.temperature = {kind: temperature_of(search, x - search.tolerated_of[kind]) for kind, x in self.mine.items()}
+        plain, self.mine = search.held_out_excess([]), search.held_out_excess(fit.chosen)
+        self.temperature = {kind: temperature_of(search, x - search.tolerated_of[kind], plain[kind]) for kind, x in self.mine.items()}
         own = sum(self.mine[kind] for kind in search.dataset.kinds_at(fit.chosen[0].joint) if kind[0] == "T")
         self.nested_temperature = OF_NESTED * temperature_of(search, own)
 

@@ -19,7 +19,7 @@ from ..motion import inertia_over
 from ..processed_recording import ProcessedRecording
 from .replicates import Source, replicable
 from ..search import plain_base
-from .thresholds import GIVES_UP, LEAVES_ALONE
+from .thresholds import GIVES_UP, RIGHT_TO
 from ..torque_terms import model_at
 
 STEP = 1.5  # from one frequency to the next slower one
@@ -112,7 +112,7 @@ def chosen(at, hz, kept, seed):
         dataset = at(hz)
         bias = inertia_bias(dataset, seed)
         found = Lowpass(hz, "data", bias), dataset
-        if bias is None or (abs(bias) < LEAVES_ALONE and hz <= kept):
+        if bias is None or (abs(bias) < RIGHT_TO and hz <= kept):
             return found
         if best is None or abs(bias) < abs(best[0].bias):
             best = found

@@ -31,9 +31,12 @@ alone; of what differs between periods, about one frequency, where noise of any 
 LOGIT_WIDTH = 0.35  # of the logarithm of such a share
 LEFT_BY_A_FORM = 0.02  # of what an effect explains: so much another form of it may well leave
 REST_AS_NOISE = 0.1  # of what is left, so much counts as noise of the odds: forms are approximate
+RIGHT_TO = 0.02
+"""Of its size, that a form's torque and the inertia may be off. Of the gap the square of it is noise of the odds, for a fine encoder
+shows what no form has exactly; beyond it springs and losses repair what the sensors did to the inertia, and the low-pass goes
+down."""
 OF_NESTED = 0.3  # of that noise, where one form holds the other: then both err alike
 
 # ---- what the sensors may have done -----------------------------------------------------
 
-LEAVES_ALONE = 0.02  # of the inertia: beyond it springs and losses repair what the sensors did, and the low-pass goes down
 GIVES_UP = 0.1  # of the inertia: then these recordings cannot fix it

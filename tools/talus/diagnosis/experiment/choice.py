@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from .. import verdict as judging
+from ..calibration.thresholds import RIGHT_TO
 from ..words import name as effect_name
 from . import camera
 from .gain import Contest, Explanation
@@ -38,7 +39,7 @@ class Option:
     def __init__(self, name, q, planned, limits, contest):
         self.name, self.q, self.length_s, self.contest = name, q, planned.length_s, contest
         self.torque = planned.torque() / limits.torque
-        self.gains = contest.gains(planned)
+        self.gains, self.growth = contest.gains(planned)
         self.most = max(1, min(MOST_REPEATS, int(LONGEST_S / self.length_s)))
 
     def worst(self, k):
@@ -47,13 +48,15 @@ class Option:
         named, other = self.contest.sizes[k]
         return float(min(self.gains[k]) if named == other else self.gains[k][int(other > named)])
 
-    def needed(self):
-        """Chi-square at which the verdict's odds leave what is confusable."""
-        return -2 * MARGIN * self.contest.temperature * math.log(judging.CONFUSABLE_ABOVE)
+    def needed(self, repeats):
+        """Chi-square at which the verdict's odds leave what is confusable: its likelihood temperature grows with the plain model's excess,
+        and so with the experiment itself."""
+        temperature = self.contest.temperature + RIGHT_TO**2 * repeats * self.growth
+        return -2 * MARGIN * temperature * math.log(judging.CONFUSABLE_ABOVE)
 
     def share(self, k, repeats):
         """Of the chi-square that is needed for one pair."""
-        return repeats * self.worst(k) / self.needed()
+        return repeats * self.worst(k) / self.needed(repeats)
 
     def reached(self, repeats):
         """The pairs that it parts."""
@@ -95,7 +98,7 @@ def rivals(search, verdict):
 
 def temperature_of(search, fit):
     """Of the verdict as it stands."""
-    return judging.temperature_of(search, fit.excess - search.tolerated)
+    return judging.temperature_of(search, fit.excess - search.tolerated, search.plain.excess)
 
 
 # ---- the menu -----------------------------------------------------------------------

@@ -73,6 +73,8 @@ class Contest:
         self.first, self.named, self.others, self.temperature = search.gram.first, named, others, temperature
         self.sizes = [[len(columns_of(one.sets[0])) for one in (named, other)] for other in others]
         self.pairs = [(Pair(search, named.sets[0], other), Pair(search, other.sets[0], named)) for other in others]
+        nothing = Explanation("no effect", [[]], search.plain.excess)
+        self.plain = [Pair(search, one.sets[0], nothing) for one in (named, *others)]
         self.candidates = list(dict.fromkeys(c for one in (named, *others) for chosen in one.sets for c in chosen))
 
     def keys(self, numbers):
@@ -82,6 +84,7 @@ class Contest:
 
     def gains(self, planned):
         """For each other explanation the chi-square that the experiment adds were the named one true, and were the other
-        true, (others, 2)."""
+        true, (others, 2); and what it adds to the plain model's at the most."""
         gram = Gram(planned.dataset, [planned.terms], self.candidates)
-        return np.array([[pair.gain(gram, self.first) for pair in both] for both in self.pairs])
+        gains = np.array([[pair.gain(gram, self.first) for pair in both] for both in self.pairs])
+        return gains, max(pair.gain(gram, self.first) for pair in self.plain)

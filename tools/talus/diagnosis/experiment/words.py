@@ -34,7 +34,7 @@ def to_text(q, model, words):
 
 def told(option, contest, repeats):
     """What an option is predicted to bring, pair by pair."""
-    words, needed, reached = [], figure(option.needed()), option.reached(repeats)
+    words, needed, reached = [], figure(option.needed(repeats)), option.reached(repeats)
     for k, other in enumerate(contest.others):
         gain = figure(repeats * option.worst(k))
         if k in reached:
