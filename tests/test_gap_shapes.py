@@ -26,7 +26,7 @@ def candidate(*values):
 class PlainSearch:
     """One layout without base columns: what shapes.py asks of a search."""
 
-    tolerated = 1.0
+    rough = 1.0
 
     def __init__(self, reading, start):
         self.reading, self.gram = reading, self

@@ -123,7 +123,8 @@ def identifying(options):
             try:
                 yield lambda: identified(options, process, outputs)
             finally:
-                process.kill()  # where it has not been waited for
+                if process.returncode is None:
+                    process.communicate()  # killed, it would leave what it has unpacked
 
 
 def identified(options, process, outputs):

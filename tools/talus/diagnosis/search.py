@@ -15,7 +15,7 @@ from .effects import candidates, torque_constant_error
 from .figures import Residuals
 from .gram import Gram
 from .torque_terms import Extent, TorqueTerms
-from .shapes import REFINED_WITHIN, refined
+from .shapes import REFINED_WITHIN, ROUGH_OF_SIGNAL, refined
 from .calibration.thresholds import (
     DEVIATIONS,
     HALF,
@@ -67,6 +67,7 @@ class Search:
         # what reconstruction itself may leave
         self.tolerated_of = {kind: TOLERATED_PER_FREEDOM * dataset.freedom(kind) for kind in dataset.kinds}
         self.tolerated = sum(self.tolerated_of.values())
+        self.rough = self.tolerated + ROUGH_OF_SIGNAL**2 * self._signal()  # shapes between the grid's do not mend so much
         self.floor_of = dict(self.tolerated_of)  # what may be left where nothing is hidden
         self.replicator = self.calibration = None
         self.camera_zero_rad = None  # how well the camera's zero is known against the bench; None: not at all
@@ -124,6 +125,11 @@ class Search:
     def nothing(self, before, after):
         """Probability that what a step from one fit to another gains is nothing; 0 where there are no replicates."""
         return self.calibration.nothing_of(before, after) if self.calibration else 0.0
+
+    def _signal(self):
+        """Chi-square of the measured torques themselves."""
+        return sum(float(c.values[c.rows] @ c.values[c.rows]) / self.dataset.sigma[c.kind] ** 2
+                   for c in self.dataset.channels if c.kind[0] == "T")  # fmt: skip
 
     def columns(self, chosen):
         return [column for candidate in chosen for column in candidate.columns]
@@ -198,7 +204,7 @@ class Search:
     def led_to(self, chosen, best):
         """While much is left: fits with one more effect, of each (effect, joint) the one that is found downhill from the best
         of those shapes that are too little of an effect as they stand."""
-        much, taken = REFINED_WITHIN * self.tolerated, {c.key for c in chosen}
+        much, taken = REFINED_WITHIN * self.rough, {c.key for c in chosen}
         some = [c for c in self.gram.candidates if c.begin_low and self._is_scanned(c, taken)]
         if best < much or not some:
             return []
@@ -218,7 +224,7 @@ class Search:
 
     def _may_come_near(self, fit, place, best):
         """A spring that swings a little too fast closes a part of what the right one would."""
-        if fit.excess < REFINED_WITHIN * max(best, self.tolerated):
+        if fit.excess < REFINED_WITHIN * max(best, self.rough):
             return True
         if not self.dataset.effects[fit.chosen[place].effect].integrated:
             return False
@@ -325,7 +331,7 @@ class Search:
         once = {}
         for fit in sorted(fits, key=lambda fit: fit.excess):
             once.setdefault(frozenset(c.key for c in fit.chosen), fit)
-        near = [fit for fit in once.values() if fit.excess < REFINED_WITHIN * max(min(f.excess for f in fits), self.tolerated)]
+        near = [fit for fit in once.values() if fit.excess < REFINED_WITHIN * max(min(f.excess for f in fits), self.rough)]
         found = [self.all_refined(self.reshaped(fit) if reshape else fit) for fit in near]
         return sorted(found, key=lambda fit: fit.excess)
 

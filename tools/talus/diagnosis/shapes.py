@@ -5,11 +5,12 @@ import numpy as np
 
 from .gram import solve
 
-REFINED_WITHIN = 2.5  # times the best excess on the grid; and of the tolerated one, more than which is much
+REFINED_WITHIN = 2.5  # times the best excess on the grid; and of what reconstruction leaves, more than which is much
 STEP_SHARES, FINE_SHARES = (0.5, 0.25, 0.12), (0.25, 0.12)  # of a shape's first step
 MOST_ROUNDS = 2  # through all values with one step
 LEAST_GAIN = 8.0  # chi-square: less is not worth another shape
-GAIN_OF_TOLERANCE = 0.05  # nor is this share of it: shapes do not mend what reconstruction leaves
+GAIN_OF_ROUGH = 0.05  # nor is this share of what reconstruction leaves: shapes do not mend that
+ROUGH_OF_SIGNAL = 0.007  # of the measured torque, that it may leave beside the tolerated excess
 SLOPE_SHARE = 0.15  # of a shape's first step, over which slopes are taken: jolts make shorter ones rough
 DAMPINGS = (0.003, 0.03, 0.3, 3.0)  # of the excess, that a step as long as the first one costs
 MOST_STEPS = 5  # of Gauss and Newton
@@ -20,7 +21,7 @@ ROUGH_WITHIN, ROUGH_ENDS = 1.5, 2  # times the best end's excess, and so many of
 def refined(search, fit, place):
     """The fit with one effect's shape moved downhill; while much is left, from others of the grid's shapes, too. A shape that cannot be
     moved is held against those that can in any case."""
-    best, much = _newton(search, _stepwise(search, fit, place), place), REFINED_WITHIN * search.tolerated
+    best, much = _newton(search, _stepwise(search, fit, place), place), REFINED_WITHIN * search.rough
     if fit.chosen[place] not in search.gram.candidates:
         return best
     if not fit.chosen[place].family:
@@ -41,7 +42,7 @@ def _is_better(search, found, fit):
     """Is a fit worth another shape, and physical, or at least what leads there if the old one is not?"""
     gain = fit.excess - found.excess
     physical = found.is_physical(looking=not fit.is_physical())
-    return physical and gain > max(LEAST_GAIN, GAIN_OF_TOLERANCE * search.tolerated)
+    return physical and gain > max(LEAST_GAIN, GAIN_OF_ROUGH * search.rough)
 
 
 # ---- starts ------------------------------------------------------------------------

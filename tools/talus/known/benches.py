@@ -46,9 +46,9 @@ def simulated(name, seed, number, mix):
 
 
 def plant_of(case):
-    if case.plant.kind != "pendulum":
-        return case.plant.kind
-    return "pendulum, encoder behind the gear" if case.noise["behind"] else "pendulum, encoder at the motor"
+    """Its kind; of one joint alone that turns, whose encoder may be on either side of the gear, where that is."""
+    turns = getattr(case.plant, "units", ("",))[0] == "rad"
+    return f"{case.plant.kind}, encoder {'behind the gear' if case.noise['behind'] else 'at the motor'}" if turns else case.plant.kind
 
 
 def files_of(folder):
