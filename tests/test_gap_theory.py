@@ -102,7 +102,8 @@ def test_where_nothing_is_hidden_none_is_all_but_sure(sizes):
     """`unknown` keeps little for causes outside the catalogue."""
     quiet = [one for one in studies.study("rough", sizes) if one.truth is None and not one.taken]
     assert all(one.none + one.unknown == pytest.approx(1.0, abs=1e-3) for one in quiet)
-    assert np.mean([one.none for one in quiet]) > 0.95
+    none = np.array([one.none for one in quiet])
+    assert none.mean() + norm.isf(RARE) * none.std() / np.sqrt(len(none)) > 1 - BELOW
 
 
 # ---- intervals ---------------------------------------------------------------------------
