@@ -12,7 +12,7 @@ from scipy.stats import norm
 from support import REPOSITORY, run
 
 import talus
-from talus.diagnosis import verdict
+from talus.diagnosis import nearest, verdict
 from talus.diagnosis.calibration import gains, lowpass, stability, thresholds
 from talus.diagnosis.calibration.gains import Calibration
 from talus.diagnosis.calibration.replicates import Source, driven
@@ -59,6 +59,12 @@ def test_a_gap_no_larger_than_the_floor_is_none_and_one_of_many_times_is_not():
         assert found.nothing_left(math.log(times)) == pytest.approx(null / (null + gap), rel=1e-9)
     assert found.nothing_left(0.0) > 0.99 and found.nothing_left(math.log(10.0)) < 0.01
     assert found.nothing_left(math.log(3.5)) == pytest.approx(0.5, abs=0.02)
+
+
+def test_what_replicates_gain_is_their_middle_and_nothing_where_none_gains():
+    found = Calibration({KEY: 9.0}, [{KEY: 10.0}, {KEY: 40.0}], {"T0": 0.0}, CHANCE)
+    assert nearest.replicates_gain(found, KEY) == pytest.approx(math.sqrt(18.0 * 48.0) - CHANCE)
+    assert nearest.replicates_gain(Calibration({KEY: 9.0}, [{KEY: -3.0}, {}], {"T0": 0.0}, CHANCE), KEY) == 0.0
 
 
 def test_what_chance_gains_is_measured_in_what_is_left():

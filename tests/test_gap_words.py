@@ -25,6 +25,11 @@ def test_nothing_is_certain(probability, text):
     assert words.share(probability) == text
 
 
+@pytest.mark.parametrize(("x", "text"), [(190123.4, "190,123"), (654.2, "654"), (99.96, "100"), (3.228, "3.23"), (0.0, "0")])
+def test_large_figures_have_no_power_of_ten(x, text):
+    assert words.figure(x) == text
+
+
 def test_a_cause_with_its_gain():
     assert words.sentence(report("load_friction", "knee", 0.97, KNEE)) == (
         "The gap comes from friction that grows with the load (load friction) at the knee (probability 0.97): modelling it takes "

@@ -391,9 +391,7 @@ def _excerpt(recording: Recording, place_rows: int, every: int) -> Recording:
     if place_rows * len(begins) >= n:
         begins, place_rows = [0], n
     rows = numpy.concatenate([numpy.arange(begin, begin + place_rows, every) for begin in begins])
-    excerpt = Recording({name: numpy.ascontiguousarray(values[rows]) for name, values in recording.columns.items()})
-    excerpt._score, excerpt.has_score = recording._score, recording.has_score
-    return excerpt
+    return recording.with_columns({name: values[rows] for name, values in recording.columns.items()})
 
 
 class _Rereading:

@@ -164,7 +164,17 @@ class Recording:
         """
         if len(self.t) <= rows:
             return self
-        out = Recording({name: x[:rows] for name, x in self.columns.items()})
+        return self.with_columns({name: x[:rows] for name, x in self.columns.items()})
+
+    def with_columns(self, columns: Mapping[str, ArrayLike]) -> Recording:
+        """Other columns, or other rows of these, with the same scoring.
+
+        >>> arm = talus.Recording.read("arm.csv")
+        >>> turned = arm.with_columns({**arm.columns, "joint_rad": -arm.columns["joint_rad"]})
+        >>> turned.step_s == arm.step_s
+        True
+        """
+        out = Recording(columns)
         out._score, out.has_score = self._score, self.has_score
         return out
 

@@ -73,8 +73,8 @@ typedef struct tl_two_mass_motion {
 void tl_two_mass_along(const tl_two_mass *link, const double *t_s, const double *motor_rad,
                        const double *motor_rad_s, const double *other_Nm, size_t n, tl_two_mass_motion *out);
 
-/* Several links, each along a motion of its own: as tl_two_mass_along of each by itself, to the bit, in less time. They go
- * so many at once that stand next to each other and take equally many steps in a sample. */
+/* Several links, each along a motion of its own: the same as tl_two_mass_along of each, to the bit, in less time. Up to
+ * TL_TWO_MASS_LANES neighbours of the list are stepped together where their tl_two_mass_steps are equal. */
 #define TL_TWO_MASS_LANES 4
 typedef struct tl_two_mass_run {
   tl_two_mass link;

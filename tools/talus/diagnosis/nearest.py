@@ -20,5 +20,6 @@ def nearest(search):
 
 
 def replicates_gain(calibration, key):
-    """The middle of what an (effect, joint) gains in replicates: never below nothing."""
-    return max(math.exp(calibration.width(key)[0]) - calibration.chance, 0.0)
+    """The middle of what an (effect, joint) gains in replicates, on the scale of Calibration.width: never below nothing."""
+    gains = [max(gains.get(key, 0.0), 0.0) for gains in calibration.gains]
+    return calibration.chance * math.expm1(sum(math.log1p(gain / calibration.chance) for gain in gains) / len(gains))

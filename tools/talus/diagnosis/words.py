@@ -46,6 +46,11 @@ def at(effect, joint):
     return name(effect) if joint == "none" else f"{name(effect)} at the {joint}"
 
 
+def figure(x):
+    """A number without a unit: to three digits, and no power of ten where it is large."""
+    return f"{x:,.0f}" if x >= 100 else f"{x:.3g}"
+
+
 def nearest(one):
     """What an effect alone would take away: an entry of GAP.json's `nearest`."""
     return f"{at(one['effect'], one['joint'])} would close {100 * one['closes']:.0f} %"

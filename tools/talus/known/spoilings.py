@@ -284,14 +284,14 @@ def behind(bench, rng):
     return of(rng, [j for j in bench.joints if j.behind and moving(bench, j)])
 
 
-def second_in_degrees(bench, rng):
-    joint = behind(bench, rng)
-    return scaled(bench, joint.behind, DEGREES, "units") if joint else None
+def scaled_of(choose, column, factor, finding):
+    """A kind that scales one column of a joint that `choose` finds."""
 
+    def spoiled(bench, rng):
+        joint = choose(bench, rng)
+        return scaled(bench, getattr(joint, column), factor, finding) if joint else None
 
-def second_other_way(bench, rng):
-    joint = behind(bench, rng)
-    return scaled(bench, joint.behind, -1.0, "sign") if joint else None
+    return spoiled
 
 
 def second_as_motor(bench, rng):
@@ -311,21 +311,6 @@ def another_ratio(bench, rng):
 def speedy(bench, rng):
     """A joint with a speed beside an angle that goes with it."""
     return of(rng, [j for j in bench.joints if moving(bench, j) and told_by_speed(bench, j)])
-
-
-def speed_in_degrees(bench, rng):
-    joint = speedy(bench, rng)
-    return scaled(bench, joint.velocity, DEGREES, "units") if joint else None
-
-
-def speed_in_turns(bench, rng):
-    joint = speedy(bench, rng)
-    return scaled(bench, joint.velocity, TURNS, "units") if joint else None
-
-
-def speed_other_way(bench, rng):
-    joint = speedy(bench, rng)
-    return scaled(bench, joint.velocity, -1.0, "sign") if joint else None
 
 
 def wrapped(bench, rng):
@@ -558,13 +543,13 @@ KINDS = {
     "angle in turns": turns,
     "position in millimetres": millimetres,
     "angle of the gear's other side": other_side,
-    "second encoder in degrees": second_in_degrees,
-    "second encoder the other way": second_other_way,
+    "second encoder in degrees": scaled_of(behind, "behind", DEGREES, "units"),
+    "second encoder the other way": scaled_of(behind, "behind", -1.0, "sign"),
     "one angle for both encoders": second_as_motor,
     "another ratio between encoders": another_ratio,
-    "speed in degrees": speed_in_degrees,
-    "speed in turns": speed_in_turns,
-    "speed the other way": speed_other_way,
+    "speed in degrees": scaled_of(speedy, "velocity", DEGREES, "units"),
+    "speed in turns": scaled_of(speedy, "velocity", TURNS, "units"),
+    "speed the other way": scaled_of(speedy, "velocity", -1.0, "sign"),
     "wrapped angle": wrapped,
     "one spike of the angle": one_spike,
     "spikes of the angle": some_spikes,

@@ -47,10 +47,9 @@ def keep_their_size(search, fit, datasets):
     """Keys of a fit's effects that have the same strengths through other low-passes, as far as these are known. A law has; what the
     sensors or the filter did has another size through another filter."""
     owner = [candidate.key for candidate in fit.chosen for _ in candidate.columns]
-    moved = set()
+    own, errors, moved = np.concatenate(fit.strengths), np.concatenate(standard_errors(search, fit)), set()
     for dataset in datasets:
         dataset.sigma = dict(search.dataset.sigma)
-        off = Other(search, dataset).strengths(fit.chosen) - np.concatenate(fit.strengths)
-        far = np.abs(off) > DEVIATIONS * np.concatenate(standard_errors(search, fit))
+        far = np.abs(Other(search, dataset).strengths(fit.chosen) - own) > DEVIATIONS * errors
         moved |= {key for key, one in zip(owner, far, strict=True) if one}
     return set(owner) - moved

@@ -7,12 +7,12 @@ import math
 
 TOLERATED_PER_FREEDOM = 0.10  # excess for each degree of freedom, before replicates say it: smoothed reversals, quantisation
 TIMES_AS_MUCH = 2.5
-"""As what chance gains, or reconstruction leaves: a gain must be worth so much to be an effect, and at so much `none` and
-`unknown` are equally likely. What chance gains is 2 ln n with n columns that were tried. While the tolerance alone explains the
-excess, and of a further effect, a gain must be worth so many least steps."""
+"""An effect must gain so many times what the best of the columns tried gains by chance, 2 ln n of n columns: the least step. Without
+replicates, an excess of so many times the tolerance is as likely `unknown` as `none`. While the tolerance alone explains the excess,
+and of a further effect, a gain must be worth so many least steps."""
 DEVIATIONS = 2.0
 """Of the gain over blocks, which one block alone must not carry; and widths above the replicates' gains: what gains less would
-lie among them in every twentieth recording."""
+lie among them in every twentieth recording. Of a strength through another low-pass: a law moves no farther."""
 MISFIT = 0.6  # of the logarithm: how far gains of simulated replicates are off those of recordings with nothing hidden
 RANGE = math.log(1000.0)  # of an effect's gain over the least that shows, before the data
 LASTS = 3.5  # standard errors of what lasts for a second, from nothing: by chance in one of 700 recordings, of six looks at each

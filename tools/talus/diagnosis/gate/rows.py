@@ -2,10 +2,8 @@
 
 import numpy as np
 
-from talus.recording import Recording
-
 from .finding import Finding
-from .samples import changes_evenly, is_angle, runs_of
+from .samples import changes_evenly, finest_step, is_angle, runs_of
 
 EVENTS = 24  # rows in which something changes, in a row, that must be the same to the last digit, with the rows between them
 DOUBLED_SHARE, REPEATED_ROWS = 0.1, 100
@@ -63,7 +61,7 @@ def without_copy(recording):
     begin, end = max(first - 1, 0), min(first + length + EVENTS + 1, len(events) - 1)
     kept = np.ones(len(recording.t), bool)
     kept[events[begin]:len(kept) if end == len(events) - 1 else events[end]] = False
-    return Recording({name: x[kept] for name, x in recording.columns.items()}) if kept.sum() > FEWEST_LEFT else recording
+    return recording.with_columns({name: x[kept] for name, x in recording.columns.items()}) if kept.sum() > FEWEST_LEFT else recording
 
 
 def _repeated(windows):
@@ -116,7 +114,5 @@ def _fast(recording):
     fast, t = np.zeros(len(recording.t) - 1, bool), np.diff(recording.t)
     for x in (x for column, x in recording.columns.items() if is_angle(column)):
         step = np.where(t < 1.5 * recording.step_s, np.diff(x), 0.0)
-        finest = np.min(np.abs(step[step != 0]), initial=np.inf)
-        speed = np.abs(np.convolve(step, np.full(5, 0.2), "same"))
-        fast |= speed > MOVING_STEPS * max(finest, 1e-9 * np.ptp(x)) if np.isfinite(finest) else False
+        fast |= np.abs(np.convolve(step, np.full(5, 0.2), "same")) > MOVING_STEPS * finest_step(x)
     return fast

@@ -2,8 +2,6 @@
 
 import numpy as np
 
-from talus.recording import Recording
-
 from .finding import Finding
 
 SPIKE_DEVIATIONS = 60.0  # of what neighbours leave, by the median: hardly any motion's own
@@ -115,8 +113,8 @@ def without_spikes(recording):
     if not bad.any():
         return recording
     valid = np.ones(len(bad)) if recording.valid is None else recording.valid
-    out = Recording({**recording.columns, "valid": np.where(_beside(bad), 0.0, valid)})
-    out._score, out.has_score, out.origin = recording.score, recording.has_score, recording.origin
+    out = recording.with_columns({**recording.columns, "valid": np.where(_beside(bad), 0.0, valid)})
+    out.origin = recording.origin
     return out
 
 
@@ -130,8 +128,7 @@ def _wrapped(name, recording, column, x):
     encoder is none, nor is one while rows were lost."""
     steps = np.diff(x)
     usual = np.quantile(np.abs(steps), 0.8) + 1e-12
-    finest = np.min(np.abs(steps[steps != 0]), initial=np.inf)
-    jumped = np.abs(steps) > max(4 * usual, WRAPS_RANGE * np.ptp(x), 4 * finest)
+    jumped = np.abs(steps) > max(4 * usual, WRAPS_RANGE * np.ptp(x), 4 * finest_step(x))
     jumps = np.flatnonzero(jumped & (np.diff(recording.t) < LOST_STEPS * recording.step_s))
     jumps = [k for k in jumps if _stays(x, k)]
     if not jumps:

@@ -174,8 +174,8 @@ def _nearest(out, report):
     if not report["nearest"]:
         return
     beside = ["chi-square in replicates"] if report["calibrated"] else []
-    rows = [[words.at(one["effect"], one["joint"]), f"{100 * one['closes']:.0f} %", f"{one['gain']:.3g}",
-             *(f"{one['replicates']:.3g}" for _ in beside)] for one in report["nearest"]]  # fmt: skip
+    rows = [[words.at(one["effect"], one["joint"]), f"{100 * one['closes']:.0f} %", words.figure(one["gain"]),
+             *(words.figure(one["replicates"]) for _ in beside)] for one in report["nearest"]]  # fmt: skip
     out.table("What each effect alone would take away", ["effect", "of the gap", "chi-square", *beside], rows)
 
 
@@ -226,7 +226,7 @@ def _where(out, report):
     for one in report["where"][:MOST_PLACES]:
         share, (low, high) = f"{100 * one['share']:.1f} %", one["range"]
         interval = " to ".join(f"{100 * x:.1f}" for x in one["interval"]) + " %" if "interval" in one else ""
-        deviations = f"{one['deviations']:.3g}" if "deviations" in one else ""
+        deviations = words.figure(one["deviations"]) if "deviations" in one else ""
         unit = coordinate_unit(one["coordinate"], report["gap"][one["joint"]]["unit"] == "N")
         place = f"{low:.4g} to {high:.4g} {unit}"
         rows.append([f"{one['joint']}, {words.name(one['coordinate'])}", share, interval, deviations, place])
