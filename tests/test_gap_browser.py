@@ -138,7 +138,7 @@ def test_tables_say_what_the_report_says(page, case):
 
 def page_places(page):
     for name, row in table(page, "Before any effect").items():
-        yield name, figure(row["share"]), float(row["deviations"])
+        yield name, figure(row["share"]), float(row["deviations"].replace(",", ""))
 
 
 def test_the_first_sentence_names_the_cause(page, case):

@@ -58,7 +58,9 @@ class Dataset:
         self.prior = np.array(list(model.base.values()))
         self.identified = np.array(list(talus.Model.from_tree(tree).base.values()))
         width = PRIOR_WIDTH if self.joints > 1 else PRIOR_WIDTH_OF_ONE_JOINT
-        self.prior_width = np.maximum(width * np.abs(self.prior), np.abs(self.identified - self.prior))
+        self.drawn_width = width * np.abs(self.prior)
+        self.prior_width = np.maximum(self.drawn_width, np.abs(self.identified - self.prior))
+        self.is_drawn = np.array([not name.endswith(("coulomb", "viscous", "offset")) for name in model.base])  # inertia and gravity
         no_gravity = not model.has_gravity  # a file's 0 means that there is none
         self.absent = [k for k, name in enumerate(model.base) if no_gravity and name.startswith("gravity")]
         self.velocity_only = not any(name in processed_recordings[0].columns for name in model.sensor("position"))

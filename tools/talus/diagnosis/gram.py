@@ -231,10 +231,18 @@ class Gram:
         total = self._ordered(rows).sum(0)
         return total + self._prior(len(total) - 1)
 
-    def prior_rows(self):
+    def cost_of_drawing(self, columns, left):
+        """Chi-square that it costs a fit with these columns to have inertia and gravity as the model file has them, to a drawing's
+        accuracy. `left`: chi-square over its freedom that the fit leaves; noise that is so much larger moves parameters more."""
+        data, dataset = self._gram(columns).sum(0) / left, self.dataset
+        free = np.where(dataset.is_drawn, dataset.drawn_width, np.inf)
+        drawn = data + self._known_to(free, len(data) - 1)
+        return float(squares(drawn, solve(drawn)) - squares(data, solve(data)))
+
+    def prior_rows(self, width=None):
         """What is known of the base parameters before: (unknowns, rows) and readings, in chi-square's unit. Far less than
         recordings tell, but for effects that could stand for a parameter: a spring for gravity, say."""
-        given, width = self.dataset.prior, self.dataset.prior_width
+        given, width = self.dataset.prior, self.dataset.prior_width if width is None else width
         known = np.flatnonzero(given)
         rows, weight = np.zeros((self.first, len(known))), 1 / width[known]
         rows[known, np.arange(len(known))] = weight
@@ -250,7 +258,11 @@ class Gram:
 
     def _prior(self, size):
         """Products of prior_rows() in the order of a fit with `size` unknowns and the reading."""
-        rows, reading = self.prior_rows()
+        return self._known_to(self.dataset.prior_width, size)
+
+    def _known_to(self, width, size):
+        """The same where base parameters are known to other widths."""
+        rows, reading = self.prior_rows(width)
         every = np.zeros((size + 1, rows.shape[1]))
         every[:len(self.base)], every[-1] = rows[self.base], reading
         return every @ every.T

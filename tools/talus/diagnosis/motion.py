@@ -50,6 +50,15 @@ def inertia_over(model, angles):
     return np.array(out)
 
 
+def has_inertia(model, processed):
+    """Could its inertia be a machine's, where the recorded motion mostly is? An effect that is not in the model can turn it negative."""
+    try:
+        np.linalg.cholesky(inertia_over(model, np.median(processed.q, axis=1)[None])[0])
+    except np.linalg.LinAlgError:
+        return False
+    return True
+
+
 def is_plausible(terms):
     """Is the fit's inertia one that a plant can have, and within a factor of the given one?"""
     poses = np.array([np.quantile(q[terms.processed.inside], np.linspace(0, 1, POSES)) for q in terms.q]).T

@@ -12,9 +12,10 @@ from .calibration.gains import Replicator
 from .catalogue import sparse
 from .catalogue.candidate import joined
 from .effects import candidates, torque_constant_error
-from .figures import Residuals
+from .figures import Residuals, left_of_freedom
 from .gram import Gram
-from .torque_terms import Extent, TorqueTerms
+from .motion import has_inertia
+from .torque_terms import Extent, TorqueTerms, model_at
 from .shapes import REFINED_WITHIN, ROUGH_OF_SIGNAL, refined
 from .calibration.thresholds import (
     DEVIATIONS,
@@ -73,6 +74,7 @@ class Search:
         self.camera_zero_rad = None  # how well the camera's zero is known against the bench; None: not at all
         self._irregular = {}
         self.with_outsiders = None  # the fit where causes outside the catalogue may stand as well; None: none of them shows
+        self.outside_alone = []  # fits with one such cause alone, best first
         self._scanned = (False,)  # whether causes outside the catalogue are looked for, effects, or both
         self.other_sets = []  # fits with as many effects as the chosen one, that came near it
         self.further = {}  # (effect, joint) of each further effect: probability that it is nothing
@@ -105,6 +107,10 @@ class Search:
         what another shows."""
         found = self.excess_by_kind(self.plain)
         return sum(max(found[kind], floor) for kind, floor in self.floor_of.items()) / sum(self.floor_of.values())
+
+    def off_drawing(self, fit):
+        """Chi-square by which the machine beside a fit's effects is not the one of the model file."""
+        return self.gram.cost_of_drawing(self.columns(fit.chosen), left_of_freedom(self, fit))
 
     def is_outside(self, key):
         """Is an (effect, joint) in no catalogue?"""
@@ -294,7 +300,7 @@ class Search:
     def look_outside(self, singles):
         """The same search with causes outside the catalogue, where one of them shows alone, beside the catalogue's `singles`."""
         with self.with_outside(effects_too=False):
-            outside = [fit for fit in self.something_alone() if self.significant(self.plain, fit, 0.0)]
+            self.outside_alone = outside = [fit for fit in self.something_alone() if self.significant(self.plain, fit, 0.0)]
         if not outside:
             return
         further, sets = self.further, self.other_sets
@@ -368,6 +374,20 @@ def over_blocks(gain, record):
 def plain_base(dataset):
     """Base parameters of the plain model by weighted least squares on the scored rows."""
     return Gram(dataset, [None] * len(dataset.processed_recordings), []).fold_strengths([])[-1][:dataset.bases]
+
+
+def machine_base(dataset):
+    """The same; where no machine can have such an inertia, for an effect makes it, those beside the effect that closes most and leaves one
+    that can be."""
+    plain, processed = plain_base(dataset), dataset.processed_recordings[0]
+    if has_inertia(model_at(dataset, plain), processed):
+        return plain
+    first = Search(dataset, dataset.identified, sparse if dataset.at_motor else list)
+    for fit in first.scan([], looking=True):
+        base = first.gram.fold_strengths(first.columns(fit.chosen))[-1][:dataset.bases]
+        if has_inertia(model_at(dataset, base), processed):
+            return base
+    return plain
 
 
 def search(dataset, base, step=lambda text, part=0.0: None, seed=1, replicated=True):

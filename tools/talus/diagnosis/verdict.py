@@ -188,9 +188,16 @@ def shares(search, fit, others, sets=()):
     weight = [o.chosen[-1].weight(o.strengths[-1]) * odds.of(o) * (1 - search.nothing(without, o)) for o in others]
     beside = _weight(without)
     weight += [_weight(o) / beside * odds.of(o) * (1 - search.nothing(search.fit(o.chosen[:-1]), o)) for o in sets]
-    seen = np.array([tilt_source.witness(search, o) for o in (*others, *sets)])
-    weight = np.array(weight) * np.exp(seen - max(seen))
-    return weight / (float(np.sum(weight)) or 1.0)
+    likely = [k for k, w in enumerate(weight) if w > 0]
+    seen = np.array([witness(search, [*others, *sets][k]) for k in likely])
+    out = np.zeros(len(weight))
+    out[likely] = np.array(weight)[likely] * np.exp(seen - max(seen, default=0.0))
+    return out / (float(np.sum(out)) or 1.0)
+
+
+def witness(search, fit):
+    """Logarithm of how likely what the torques do not say is beside a fit: the camera's mean, and that the machine is as it is drawn."""
+    return tilt_source.witness(search, fit) - 0.5 * search.off_drawing(fit)
 
 
 def _weight(fit):

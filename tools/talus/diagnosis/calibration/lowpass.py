@@ -18,7 +18,7 @@ from ..gate.finding import Finding
 from ..motion import inertia_over
 from ..processed_recording import ProcessedRecording
 from .replicates import Source, replicable
-from ..search import plain_base
+from ..search import machine_base, plain_base
 from .thresholds import GIVES_UP, RIGHT_TO
 from ..torque_terms import model_at
 
@@ -79,7 +79,7 @@ def inertia_bias(dataset, seed):
     where that cannot be told."""
     if not replicable(dataset):
         return None
-    base = plain_base(dataset)
+    base = machine_base(dataset)
     source = Source.of(dataset, base)
     replicate = source and source.replicate(seed, 0)
     if not replicate:

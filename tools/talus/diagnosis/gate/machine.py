@@ -26,6 +26,7 @@ HARDLY = 0.05  # of the measured torque: smaller terms tell nothing
 SLOW_HZ = 8.0  # low-pass: below it lies most of any motion, and a unit shows as well as in all of it
 FEWEST_ROWS = 200
 MOST_SAMPLES = 60_000  # of a recording: a wrong unit shows in a minute as in an hour
+BEARS = 0.2  # of the measured torque: so large a term of the model file's tells a unit
 DOUBTFUL = np.log(2.0)  # off by so much, a term is named only where an explanation takes as much away
 UNEXPLAINED = 0.4  # of the torque: what leaves more is no explanation, but an effect that no unit makes good
 WORSE_FIT, WORSE_BY = 1.5, 0.1  # of the residual and of the torque, that an explanation may leave more: other rows stand still
@@ -56,11 +57,24 @@ class Rows:
     measured: np.ndarray
     known: np.ndarray
     prior: np.ndarray
-    viscous: int  # the column of its own speed
+    names: tuple  # of the columns
 
     @property
     def speed(self):
-        return self.x[:, self.viscous]
+        return self.x[:, self._ending("viscous")[0]]
+
+    def friction(self, found):
+        """The torque of friction, by these base parameters."""
+        own = self._ending("coulomb", "viscous")
+        return self.x[:, own] @ found[own]
+
+    def of_motion(self):
+        """Columns that grow with the motion: all but a torque that is constant, or has the speed's sign."""
+        still = self._ending("coulomb", "offset")
+        return [k for k in range(len(self.names)) if k not in still]
+
+    def _ending(self, *words):
+        return [k for k, name in enumerate(self.names) if name.endswith(words)]
 
 
 @dataclass(frozen=True)
@@ -102,8 +116,7 @@ def explanations(gear, columns):
 
 def joint_rows(model, recordings, joint):
     """Rows of a joint in each recording; None where there are too few."""
-    out, prior = [], np.array(list(model.base.values()))
-    viscous = list(model.base).index("viscous" if len(model.joints) == 1 else f"{model.joints[joint]}_viscous")
+    out, prior, names = [], np.array(list(model.base.values())), list(model.base)
     for recording in recordings:
         angle = recording.columns.get(Columns.of(model.joints[joint], [recording]).angle)
         if angle is None or not shows(angle):
@@ -117,7 +130,7 @@ def joint_rows(model, recordings, joint):
         rows = [part.kind == lib.TL_ROW_SCORED for part in kept]
         x, measured, target = (np.concatenate([getattr(part, name)[r] for part, r in zip(kept, rows)])
                                for name in ("x", "measured", "target"))  # fmt: skip
-        out.append(Rows(x, measured, measured - target, prior[kept[0].index], list(kept[0].index).index(viscous)))
+        out.append(Rows(x, measured, measured - target, prior[kept[0].index], tuple(names[k] for k in kept[0].index)))
     return out
 
 
@@ -135,7 +148,7 @@ def stacked(rows):
     rows = [r for r in rows if r is not None]
     if not rows:
         return None
-    out = Rows(*(np.concatenate([getattr(r, n) for r in rows]) for n in ("x", "measured", "known")), rows[0].prior, rows[0].viscous)
+    out = Rows(*(np.concatenate([getattr(r, n) for r in rows]) for n in ("x", "measured", "known")), rows[0].prior, rows[0].names)
     return out if np.isfinite(out.x).all() and np.isfinite(out.known).all() else None  # no linkage stands there
 
 
@@ -173,7 +186,7 @@ def distance(rows, found, torque=1.0):
     scale = np.sqrt(np.mean(rows.measured**2)) * abs(torque)
     own, given = found * size, rows.prior * size
     logs = np.abs(np.log((np.abs(own) + HARDLY * scale) / (np.abs(given) + HARDLY * scale)))
-    against = (own * np.sign(given) < -4 * HARDLY * scale) & (given != 0)
+    against = (own * np.sign(given) < -BEARS * scale) & (given != 0)
     beyond = np.log(np.maximum(np.abs(own) / (ANY * scale), 1.0))
     return float(np.max(np.where(against, 2 * FAR, np.where(given == 0, beyond, logs))))
 
@@ -197,7 +210,7 @@ def _mistaken(model, names, recordings, joint, columns, every, several):
     far, left = distance(rows, near_prior(rows)), fitted(rows)[1]
     if far <= DOUBTFUL:
         return None
-    tried = [one for one in _tried(model, recordings, joint, columns, every) if one.left < WORSE_FIT * left + WORSE_BY]
+    tried = [one for one in _tried(model, recordings, joint, columns, every) if one.left < WORSE_FIT * left + WORSE_BY and _can_be(rows, one)]
     best = _best([one for one in tried if one.left < UNEXPLAINED])
     if best is None and far > FAR:
         best = next((one for one in tried if _impossible(rows, left, one.explanation)), None)
@@ -208,6 +221,20 @@ def _mistaken(model, names, recordings, joint, columns, every, several):
         return None
     return Finding(why.id, True, columns.angle if why.angle != 1.0 else columns.torque, f"the {name}'s torque terms are up to "
                    f"{np.exp(far):.0f} times off those of the model file, as if {why.words}", why.remedy)  # fmt: skip
+
+
+def _can_be(rows, one):
+    """Could it be, whatever the model file's terms? A sign that were wrong would have friction drive the joint as it stands; and where
+    another unit of the angle makes all that grows with the motion small, it makes any terms plausible."""
+    scale = np.sqrt(np.mean(rows.measured**2))
+    if one.explanation.torque < 0:
+        friction = rows.friction(near_prior(rows))
+        return np.mean(friction * rows.speed) < HARDLY * scale * np.sqrt(np.mean(rows.speed**2))
+    if one.explanation.angle == 1.0:
+        return True
+    explained = stacked(one.every)
+    grows = explained.of_motion()
+    return np.max(np.sqrt(np.mean(explained.x[:, grows] ** 2, axis=0)) * np.abs(explained.prior[grows])) > BEARS * scale
 
 
 def _best(tried):

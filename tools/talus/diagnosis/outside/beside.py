@@ -1,6 +1,10 @@
 """How likely is what is outside the catalogue, beside its effects?"""
 
+import math
+
 from ..calibration.thresholds import HALF, LOGIT_WIDTH, NEARLY_HALF
+
+LARGEST = 700.0  # whose exponential there is
 
 
 class Beyond:
@@ -13,6 +17,7 @@ class Beyond:
         self.first = next((c for c in self.other.chosen if search.is_outside(c.key)), None) if self.other else None
         self.takes = self._share_taken() if self.first else 0.0
         self.probability = self._probability() if self.first else 0.0
+        self._weigh_drawing()
         if self.first and not (sound and self._outdoes_replicates()):
             self.probability = min(self.probability, NEARLY_HALF)
 
@@ -31,6 +36,17 @@ class Beyond:
             return 1.0 - self.search.nothing(self.search.plain, self.search.fit([self.first]))
         return 0.0 if self._has_the_named() else self.takes
 
+    def _weigh_drawing(self):
+        """A cause that explains the recordings as well as the effects do, and leaves the machine the one of the model file where these
+        need another: by how much, over what one of so many causes has by chance."""
+        mine, least = self.fit.excess, max(self.search.detection_threshold, sum(self.search.floor_of.values()))
+        near = [one for one in self.search.outside_alone if self.fit.chosen and one.excess < max(mine, least)]
+        for one in near:
+            nearer = self.search.off_drawing(self.fit) - self.search.off_drawing(one) - self.search.chance
+            probability = 1.0 / (1.0 + math.exp(min(-0.5 * nearer, LARGEST)))
+            if probability > self.probability:
+                self.probability, self.first = probability, one.chosen[0]
+
     def _outdoes_replicates(self):
         """Does the cause gain more than the readings alone gain anything?"""
         gain = self.search.plain.excess - self.search.fit([self.first]).excess
@@ -38,7 +54,7 @@ class Beyond:
 
     def _has_the_named(self):
         """Does the named effect stand in front of the other set, too?"""
-        return self.other.chosen[0].key == self.fit.chosen[0].key
+        return bool(self.other) and self.other.chosen[0].key == self.fit.chosen[0].key
 
     def instead(self):
         """[(probability, candidate)] of what stands in the effects' place."""
