@@ -1,6 +1,7 @@
 """Causes that are in no catalogue (tools/talus/diagnosis/outside), against closed forms that are added to simulated recordings."""
 
 import json
+import math
 import os
 from types import SimpleNamespace
 
@@ -71,8 +72,8 @@ def fit(excess, *names):
     return SimpleNamespace(chosen=[cause(name) for name in names], excess=excess)
 
 
-def beyond(mine, theirs, sound=True, nothing=0.2, outdone=False):
-    search = SimpleNamespace(with_outsiders=theirs, floor_of={"T0": 100.0}, detection_threshold=40.0, is_outside=lambda key: key[0] == "hose", plain=fit(9000.0),
+def beyond(mine, theirs, sound=True, nothing=0.2, outdone=False, alone=(), off_drawing=None):
+    search = SimpleNamespace(with_outsiders=theirs, outside_alone=list(alone), off_drawing=off_drawing, chance=14.0, floor_of={"T0": 100.0}, detection_threshold=40.0, is_outside=lambda key: key[0] == "hose", plain=fit(9000.0),
                              nothing=lambda before, after: nothing, calibration=SimpleNamespace(outdone=lambda gain: outdone), fit=lambda chosen: fit(0.0, *(c.key[0] for c in chosen)))  # fmt: skip
     return beside.Beyond(search, mine, sound)
 
@@ -108,6 +109,21 @@ def test_the_effect_in_front_of_both_stays_and_one_that_the_cause_replaces_loses
     assert found.probability == 0.0 and verdict.further == {("delay", "joint"): pytest.approx(0.4)}
     ((probability, told),) = verdict.resembles
     assert probability == pytest.approx(0.45) and told.key == ("hose", "joint")
+
+
+@pytest.mark.parametrize(("mine", "theirs", "excess", "likely"), [
+    (80.0, 2.0, 90.0, 1.0),  # as good a fit, at a machine that is the one drawn
+    (20.0, 2.0, 90.0, 1 / (1 + math.exp(-2.0))), (16.0, 2.0, 90.0, 0.5), (6.0, 2.0, 90.0, 1 / (1 + math.exp(5.0))),
+    (80.0, 2.0, 400.0, 0.0),  # it leaves more than the floor, and than the effect
+])  # fmt: skip
+def test_a_cause_that_fits_as_well_and_leaves_the_machine_as_it_is_drawn(mine, theirs, excess, likely):
+    """exp(-x/2) for each, x chi-square off the drawing, over what one of so many causes gains by chance (14)."""
+    off = {"spring": mine, "hose": theirs}
+    found = beyond(fit(-50.0, "spring"), None, alone=[fit(excess, "hose")], off_drawing=lambda one: off[one.chosen[0].key[0]])
+    assert found.probability == pytest.approx(likely, abs=1e-9)
+    assert [candidate.key for _, candidate in found.instead()] == ([("hose", "joint")] if likely else [])
+    found.add_to(SimpleNamespace(further={}, known=1.0))  # it stands beside nothing
+    assert beyond(fit(-50.0), None, alone=[fit(excess, "hose")], off_drawing=None).probability == 0.0
 
 
 # ---- found for what it is --------------------------------------------------------------
@@ -199,3 +215,16 @@ def test_a_knee_that_follows_the_ankle(kind, added):
     found = talus.diagnose(LEG, talus.Recording(columns))
     assert found.verdict["effect"] == "unknown" and found.report["resembles"][0]["id"] == kind
     assert found.report["resembles"][0]["joint"] == "knee"
+
+
+def test_a_cable_over_both_joints_and_its_stiffness():
+    """Torques of the energy 1.5 k a + 2 k^2 a, of knee and ankle angles k and a, by each drive's ratio and torque constant."""
+    columns = dict(talus.simulate(talus.read(LEG), duration_s=20, seed=5).columns)
+    k, a = columns["knee_motor_rad"] / 51, columns["ankle_joint_rad"]
+    columns["knee_current_A"] = columns["knee_current_A"] + (1.5 * a + 4.0 * k * a) / KNEE_NM_PER_A
+    columns["ankle_current_A"] = columns["ankle_current_A"] + (1.5 * k + 2.0 * k**2) / 0.1031 / talus.read(LEG).transmission(1).ratio(a)
+    found = talus.diagnose(LEG, talus.Recording(columns))
+    assert found.verdict["effect"] == "unknown" and not found.effects
+    first = found.report["resembles"][0]
+    assert first["id"] == "shared_energy" and first["size"] == "1.5 Nm/rad"
+    assert first["parameters"] == pytest.approx({"product_Nm_rad": 1.5, "first_Nm_rad2": 2.0, "second_Nm_rad2": 0.0}, abs=0.05)

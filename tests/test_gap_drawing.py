@@ -1,0 +1,97 @@
+"""The machine beside an effect: the model file's, as a drawing has it, another, or one that cannot be."""
+
+import re
+
+import numpy as np
+import pytest
+import talus
+from gap_in_process import recorded
+from support import REPOSITORY, data, needs_data
+from talus.diagnosis import gate
+from talus.diagnosis.dataset import PRIOR_WIDTH
+from talus.diagnosis.motion import has_inertia
+from talus.diagnosis.search import Search, machine_base, plain_base
+from talus.diagnosis.torque_terms import model_at
+
+LEG, SLIDER = REPOSITORY / "models/leg_cad.yaml", REPOSITORY / "models/slider.yaml"
+FRICTION = ("coulomb", "viscous", "offset")
+
+
+@pytest.fixture(scope="module")
+def search(tmp_path_factory):
+    """Of the leg's recording, under a drawing that is off by some percent."""
+    folder = tmp_path_factory.mktemp("drawing")
+    talus.simulate(talus.read(REPOSITORY / "models/leg.yaml"), duration_s=20, seed=3).write(folder / "leg.csv")
+    dataset, identified = recorded(LEG, folder, folder / "leg.csv")
+    return Search(dataset, list(identified.base.values()), lambda every: [c for c in every if c.effect == "parallel_spring"])
+
+
+def cost_by_lstsq(search, columns, left):
+    """What the rows of data and drawing together leave, less what those of the data alone leave."""
+    gram, dataset = search.gram, search.dataset
+    data = np.concatenate([np.concatenate([plain[:-1], own]).T for plain, own in zip(gram.plain, gram.gathered(columns))]) / np.sqrt(left)
+    reading = np.concatenate([plain[-1] for plain in gram.plain]) / np.sqrt(left)
+    names, given = list(dataset.model.base), np.array(list(dataset.model.base.values()))
+    drawn = [k for k, name in enumerate(names) if not name.endswith(FRICTION) and given[k] != 0]
+    rows = np.zeros((len(drawn), data.shape[1]))
+    rows[np.arange(len(drawn)), drawn] = 1 / (PRIOR_WIDTH * np.abs(given[drawn]))
+    both, wanted = np.concatenate([data, rows]), np.concatenate([reading, np.ones(len(drawn)) * np.sign(given[drawn]) / PRIOR_WIDTH])
+
+    def least(x, y):
+        size = np.linalg.norm(x, axis=0) + 1e-300
+        return np.sum((y - x / size @ np.linalg.lstsq(x / size, y, rcond=1e-12)[0]) ** 2)
+
+    return least(both, wanted) - least(data, reading)
+
+
+@pytest.mark.parametrize("left", [1.0, 40.0])
+def test_what_the_drawing_costs_is_the_least_squares_of_its_rows_beside_the_data(search, left):
+    for columns in ([], list(search.gram.candidates[0].columns)):
+        want = cost_by_lstsq(search, columns, left)
+        assert want > 0.1 and search.gram.cost_of_drawing(columns, left) == pytest.approx(want, rel=1e-3)
+
+
+def spring(stiffness_N_m):
+    """20 s of the slider, and the force of a spring for the same motion."""
+    columns = dict(talus.simulate(talus.read(SLIDER), duration_s=20, seed=6, encoder_bits=20).columns)
+    columns["slider_force_N"] = columns["slider_force_N"] + stiffness_N_m * (columns["slider_m"] - np.mean(columns["slider_m"]))
+    return talus.Recording(columns)
+
+
+def test_a_mass_that_an_effect_turns_negative_is_found_beside_that_effect(tmp_path):
+    """Over a band about w a spring is k x = -(k/w^2) a: far more than the slider's mass."""
+    spring(60000.0).write(tmp_path / "run.csv")
+    dataset, _ = recorded(SLIDER, tmp_path, tmp_path / "run.csv")
+    plain, found = (of(dataset) for of in (plain_base, machine_base))
+    assert plain[0] < 0 and not has_inertia(model_at(dataset, plain), dataset.processed_recordings[0])
+    assert found[0] == pytest.approx(80.0, rel=0.02)
+
+
+@pytest.mark.parametrize("stiffness_N_m", [20000.0, 60000.0])
+def test_a_spring_stiffer_than_the_mass_is_named(stiffness_N_m):
+    """No sensor is too coarse, and no force counts the other way."""
+    found = talus.diagnose(SLIDER, spring(stiffness_N_m))
+    assert not found.report["findings"] and found.report["calibrated"]
+    (effect,) = found.effects
+    assert effect["effect"] == "parallel_spring" and effect["probability"] > 0.9
+    assert effect["parameters"]["stiffness_Nm_rad"] == pytest.approx(stiffness_N_m, rel=0.01)
+
+
+# ---- a model file of first guesses, and a friction that it does not have --------------------
+
+ADDED = {  # of the drive's torque (RMS), by speed over its largest
+    "levelling": lambda v: 0.5 * np.tanh(v / 0.3),
+    "asymmetric": lambda v: 0.4 * np.abs(v),
+}
+
+
+@needs_data
+@pytest.mark.parametrize(("joint", "kind"), [(5, "levelling"), (2, "asymmetric")])
+def test_a_friction_beside_a_first_guess_is_no_unit_and_no_sign(joint, kind):
+    """In degrees all of a wrist's torques but Coulomb's would hardly bear, and so fit any model file; with its current's sign turned an
+    arm would keep its gravity, but friction would drive it."""
+    model = talus.Model.from_text(re.sub(r"(?m)^score:.*\n", "", data("ur10e_joints/model.yaml").read_text(encoding="utf-8")))
+    columns = dict(talus.Recording.read(data(f"ur10e_joints/ur10e_joint_{joint}.csv")).columns)
+    current, speed = columns["joint_current_A"], columns["joint_velocity_rad_s"]
+    columns["joint_current_A"] = current + np.std(current) * ADDED[kind](speed / np.quantile(np.abs(speed), 0.99))
+    assert not gate.findings(model, ["run.csv"], [talus.Recording(columns)])
