@@ -142,6 +142,12 @@ def test_where_the_inertia_is_not_known_an_effect_must_gain_more_than_anything_i
     assert at_most(600.0, fixed=True) == 1.0
     assert at_most(9e4, fixed=False) > 0.99 and at_most(600.0, fixed=False) < 0.1
     assert at_most(-100.0, fixed=False) < 0.1  # an effect that opens more than it closes
+    assert at_most(9e4, fixed=None) == thresholds.NEARLY_HALF  # the sensors take more of the inertia than they leave
+
+
+@pytest.mark.parametrize("kept, fixes", [(1.0, True), (0.92, True), (1.3, False), (0.6, False), (0.4, None), (0.05, None)])
+def test_an_inertia_is_known_within_a_tenth_and_mostly_lost_beyond_half(kept, fixes):
+    assert lowpass.Lowpass(30.0, "data", kept - 1.0).fixes_inertia is fixes
 
 
 def test_what_changes_its_size_with_the_low_pass_is_not_kept(monkeypatch):

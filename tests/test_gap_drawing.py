@@ -8,6 +8,7 @@ import talus
 from gap_in_process import recorded
 from support import REPOSITORY, data, needs_data
 from talus.diagnosis import gate
+from talus.diagnosis.calibration import lowpass
 from talus.diagnosis.dataset import PRIOR_WIDTH
 from talus.diagnosis.motion import has_inertia
 from talus.diagnosis.search import Search, machine_base, plain_base
@@ -95,3 +96,19 @@ def test_a_friction_beside_a_first_guess_is_no_unit_and_no_sign(joint, kind):
     current, speed = columns["joint_current_A"], columns["joint_velocity_rad_s"]
     columns["joint_current_A"] = current + np.std(current) * ADDED[kind](speed / np.quantile(np.abs(speed), 0.99))
     assert not gate.findings(model, ["run.csv"], [talus.Recording(columns)])
+
+
+# ---- an inertia that the sensors take ---------------------------------------------------
+
+
+@pytest.mark.parametrize(("bits", "seed"), [(11, 5), (11, 6), (12, 5), (12, 6)])
+def test_replicates_have_more_of_the_inertia_that_coarse_sensors_hide(bits, seed, tmp_path):
+    """Its true value stands in the file that the recording was simulated from."""
+    pendulum = REPOSITORY / "models/pendulum.yaml"
+    talus.simulate(talus.read(pendulum), duration_s=20, seed=seed, encoder_bits=bits, rate_hz=500).write(tmp_path / "run.csv")
+    dataset, _ = recorded(pendulum, tmp_path, tmp_path / "run.csv")
+    fitted = plain_base(dataset)
+    dataset.inertia_kept = 1.0 + lowpass.inertia_bias(dataset, 1)
+    true, seen, whole = 0.045, fitted[0], dataset.with_whole_inertia(fitted)
+    assert seen < 0.8 * true and abs(whole[0] - true) < 0.75 * abs(seen - true)
+    assert np.array_equal(whole[1:], fitted[1:])  # friction and gravity stay

@@ -3,6 +3,7 @@
 import ast
 import math
 import re
+from fractions import Fraction
 
 from support import REPOSITORY
 from talus.diagnosis.calibration import thresholds
@@ -26,7 +27,7 @@ def values():
 
 
 def of_words(text):
-    return math.log(float(text.removeprefix("ln "))) if text.startswith("ln ") else float(text)
+    return math.log(float(text.removeprefix("ln "))) if text.startswith("ln ") else float(Fraction(text))
 
 
 def test_the_docs_have_each_threshold_with_its_value_and_its_reason():

@@ -215,10 +215,11 @@ def diagnose(options, step, own=()):
     through, dataset = looks.first(options.lowpass_hz, seed)
     if through.nothing_left:
         return report.withheld(identification, [lowpass.too_coarse(model), *findings]), tree, model
+    dataset.inertia_kept = 1.0 + (through.bias or 0.0)
     finished, fit = search(dataset, list(model.base.values()), step, seed, replicated=not options.quick)
     step("half the low-pass")
     finished.camera_zero_rad = options.camera_zero_rad
-    verdict = judge(finished, fit, None if options.quick else looks.half_of(through), looks.around(through), not through.cannot_be_fixed)
+    verdict = judge(finished, fit, None if options.quick else looks.half_of(through), looks.around(through), through.fixes_inertia)
     step("maps")
     return report.diagnosis(finished, verdict, seed, findings, through), tree, model
 

@@ -11,7 +11,7 @@ import numpy as np
 import talus
 
 from . import noise
-from .calibration.thresholds import PART
+from .calibration.thresholds import GIVES_UP, PART
 from .effects import EFFECTS
 
 SCORED, NEAR_STOP = 1, 2
@@ -61,6 +61,7 @@ class Dataset:
         self.drawn_width = width * np.abs(self.prior)
         self.prior_width = np.maximum(self.drawn_width, np.abs(self.identified - self.prior))
         self.is_drawn = np.array([not name.endswith(("coulomb", "viscous", "offset")) for name in model.base])  # inertia and gravity
+        self.is_inertia = np.array([name.startswith("mass") or name.endswith("inertia") for name in model.base])
         no_gravity = not model.has_gravity  # a file's 0 means that there is none
         self.absent = [k for k, name in enumerate(model.base) if no_gravity and name.startswith("gravity")]
         self.velocity_only = not any(name in processed_recordings[0].columns for name in model.sensor("position"))
@@ -68,6 +69,7 @@ class Dataset:
         if self.at_motor:
             self.transmissions = [model.transmission(joint) for joint in range(len(model.joints))]
             self.ankle_rad = [self.transmissions[1].joint_rad(t.columns["ankle_motor_rad"]) for t in processed_recordings]
+        self.inertia_kept = 1.0  # share that the sensors leave of it in a fit
         self.channels = [c for record in range(len(processed_recordings)) for c in self._channels(record)]
         self.kinds = sorted({c.kind for c in self.channels})
         self.angle_kinds = [kind for kind in ("E", "K", "F") if kind in self.kinds]
@@ -133,6 +135,10 @@ class Dataset:
         return joint["torque_constant_Nm_A"] * abs(joint.get("transmission", {}).get("ratio", 1.0))
 
     # ---- noise and blocks ----------------------------------------------------------
+
+    def with_whole_inertia(self, base):
+        """Base parameters of the machine whose inertia the sensors let appear as this one."""
+        return np.where(self.is_inertia, np.asarray(base) / max(self.inertia_kept, GIVES_UP), base)
 
     def find_sigma(self, residual=None):
         """Standard deviation of each kind's noise at the samples. `residual(channel)` is what a model leaves of a torque:

@@ -20,9 +20,9 @@ from .shapes import REFINED_WITHIN, ROUGH_OF_SIGNAL, refined
 from .calibration.thresholds import (
     DEVIATIONS,
     HALF,
-    LEFT_BY_A_FORM,
     NEARLY_HALF,
     PART,
+    RIGHT_TO,
     TIMES_AS_MUCH,
     TOLERATED_PER_FREEDOM,
 )
@@ -276,7 +276,7 @@ class Search:
         """Is a further effect, the last of `after`, more than what another form of the effect at its joint would do?"""
         shaped = [c for c in before.chosen if self._has_other_forms(c) and is_near(c, after.chosen[-1])]
         explained = self.fit([c for c in before.chosen if c not in shaped]).excess - before.excess
-        if before.excess - self.tolerated < LEFT_BY_A_FORM * explained:
+        if before.excess - self.tolerated < RIGHT_TO * explained:
             return False
         return self.significant(before, after, NEARLY_HALF, TIMES_AS_MUCH)
 

@@ -13,6 +13,7 @@ from .calibration.thresholds import (
     LOGIT_WIDTH,
     NEARLY_HALF,
     OF_NESTED,
+    OPEN,
     PART,
     REST_AS_NOISE,
     RIGHT_TO,
@@ -208,8 +209,8 @@ def _weight(fit):
 def judge(search, fit, half=None, around=(), fixed=True):
     """The verdict on a search's outcome, and the fit with the named effect in front. `half` makes the dataset through half the
     low-pass, at which a named effect must show as well; `around` makes those at which it must have the same size where that cannot be
-    tried. `fixed`: do the sensors leave the inertia known?"""
-    verdict = first_judgement(search, fit, fixed and not around)
+    tried. `fixed`: do the sensors leave the inertia known? None: they take more of it than they leave."""
+    verdict = first_judgement(search, fit, bool(fixed) and not around)
     if not verdict.fit.chosen:
         return verdict
     at_half = half() if half else None
@@ -232,13 +233,13 @@ def judge(search, fit, half=None, around=(), fixed=True):
 
 def at_most(search, fit, one, fixed):
     """How probable one effect of a fit can be, for what the readings alone may gain. Where they leave the inertia unknown the effect
-    may stand for that, and must gain more than anything gains in replicates."""
+    may stand for that, and must gain more than anything gains in replicates; where most of it is lost, these tell too little."""
     calibration = search.calibration
     if calibration and calibration.outdone():
         return NEARLY_HALF
     if fixed:
         return 1.0
-    if not calibration:
+    if fixed is None or not calibration:
         return NEARLY_HALF
     return 1.0 - calibration.by_readings(search.fit([c for c in fit.chosen if c is not one]).excess - fit.excess)
 
@@ -252,7 +253,7 @@ def first_judgement(search, fit, sound):
         verdict.resembles = beyond.instead()
         return verdict
     open_share = still_open(search, fit)
-    unknown = logistic((math.log(max(open_share, 1e-4)) - math.log(HALF)) / LOGIT_WIDTH)
+    unknown = logistic((math.log(max(open_share, 1e-4)) - math.log(OPEN)) / LOGIT_WIDTH)
     unknown = max(unknown, beyond.probability)
     others, sets = rivals(search, fit), other_sets(search, fit)
     nothing = nothing_there(search, fit)
@@ -260,7 +261,7 @@ def first_judgement(search, fit, sound):
     no_cause = without_cause(search, nothing, unknown, gap_remains)
     verdict = Verdict([*((p * (1 - unknown) * (1 - nothing), *key) for key, p in probabilities.items()), *no_cause], fit, open_share)
     verdict.rivals, verdict.beyond, verdict.resembles = [*others, *sets], beyond, beyond.instead()
-    imitates = max(open_share, beyond.probability) > HALF
+    imitates = open_share > OPEN or beyond.probability > HALF
     if verdict.effect == "none" or (verdict.effect == "unknown" and imitates):
         verdict.fit = search.plain
         return verdict

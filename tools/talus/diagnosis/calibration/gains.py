@@ -137,6 +137,7 @@ class Replicator:
         base, terms = search.gram.fold_strengths(search.columns(fit.chosen))[-1][:search.dataset.bases], search.all_terms[0]
         if not has_inertia(model_at(search.dataset, base), terms.processed):
             base = terms.base  # of the first look's best effect, without which there is no such machine
+        base = search.dataset.with_whole_inertia(base)
         source = replicates.Source.of(search.dataset, base, fit.chosen, fit.strengths)
         if source is None:
             return None

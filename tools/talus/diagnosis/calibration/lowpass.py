@@ -19,7 +19,7 @@ from ..motion import inertia_over
 from ..processed_recording import ProcessedRecording
 from .replicates import Source, replicable
 from ..search import machine_base, plain_base
-from .thresholds import GIVES_UP, RIGHT_TO
+from .thresholds import GIVES_UP, HALF, RIGHT_TO
 from ..torque_terms import model_at
 
 STEP = 1.5  # from one frequency to the next slower one
@@ -36,9 +36,10 @@ class Lowpass:
     bias: float | None = None
 
     @property
-    def cannot_be_fixed(self):
-        """Do the sensors leave too little of the inertia?"""
-        return self.bias is not None and abs(self.bias) > GIVES_UP
+    def fixes_inertia(self):
+        """Do the sensors leave the inertia known? None: they take more of it than they leave."""
+        off = abs(self.bias or 0.0)
+        return None if off > HALF else off <= GIVES_UP
 
     @property
     def cannot_be_halved(self):

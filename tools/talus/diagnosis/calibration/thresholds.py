@@ -19,9 +19,11 @@ LASTS = 3.5  # standard errors of what lasts for a second, from nothing: by chan
 
 # ---- this effect, or another, or none of the catalogue -------------------------------------
 
+OPEN = 1 / 3  # of the gap: where a cause leaves as much, half of what it closes, `unknown` is as likely
 HALF = 0.5
-"""Of what stands open: where a cause leaves as much, `unknown` is as likely. Of probabilities: what is likelier to be nothing than
-not is not taken. Of the replicates' width: so near to their largest gain the readings alone may have done it."""
+"""Of probabilities: what is likelier to be nothing than not is not taken. Of what effects leave open, that a cause outside the catalogue
+closes: then it is as likely. Of the replicates' width: so near to their largest gain the readings alone may have done it. Of the
+inertia: where the sensors take more than they leave, no cause is sure."""
 NEARLY_HALF = 0.45
 """Of what stands open, that a further effect must close: an approximate form of the first one leaves what a wrong second one fits. Of
 probabilities, at most: of what half the low-pass does not show, or the sensors may have done."""
@@ -29,12 +31,11 @@ PART = 0.2
 """Least share that counts as a part: of what one order or mode leaves, for a second one; of the whole, for a verdict on one joint
 alone; of what differs between periods, about one frequency, where noise of any colour has below 0.1."""
 LOGIT_WIDTH = 0.35  # of the logarithm of such a share
-LEFT_BY_A_FORM = 0.02  # of what an effect explains: so much another form of it may well leave
 REST_AS_NOISE = 0.1  # of what is left, so much counts as noise of the odds: forms are approximate
 RIGHT_TO = 0.02
 """Of its size, that a form's torque and the inertia may be off. Of the gap the square of it is noise of the odds, for a fine encoder
-shows what no form has exactly; beyond it springs and losses repair what the sensors did to the inertia, and the low-pass goes
-down."""
+shows what no form has exactly. Of what an effect explains another form of it may well leave as much. Of the inertia, beyond it springs
+and losses repair what the sensors did, and the low-pass goes down."""
 OF_NESTED = 0.3  # of that noise, where one form holds the other: then both err alike
 
 # ---- what the sensors may have done -----------------------------------------------------

@@ -18,7 +18,7 @@ def candidates(at):
         return
     for name, shares in carried_loads(at):
         yield _of_the_load(at, name, shares)
-        scale = _largest_load(at, shares)
+        scale = _usual_load(at, shares)
         for power in LOAD_POWERS:
             yield _of_the_load(at, f"{name}, power {power:g}", {"exponent": power, "scale_Nm": scale, **shares})
     for own in () if at.dataset.load_sensor else OWN_COEFFICIENTS:
@@ -30,10 +30,10 @@ def _of_the_load(at, form, shapes):
                      family=of_other_shares(at, shapes, lambda moved: _of_the_load(at, form, moved)))  # fmt: skip
 
 
-def _largest_load(at, shares):
-    """But for extremes, over all recordings."""
-    grown = lambda terms: law_at(terms, at.number, "load_friction", "coefficient", shares)
-    return float(max(np.quantile(np.abs(grown(terms)), 0.98) for terms in at.all_terms)) + 1e-12
+def _usual_load(at, shares):
+    """RMS over all recordings: a friction that grows faster than the load is a larger share of it at its peaks."""
+    grown = [law_at(terms, at.number, "load_friction", "coefficient", shares) for terms in at.all_terms]
+    return float(np.sqrt(np.mean(np.concatenate(grown) ** 2))) + 1e-12
 
 
 def _of_the_motors_torque(at, own):
