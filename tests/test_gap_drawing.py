@@ -12,7 +12,6 @@ from talus.diagnosis.calibration import lowpass
 from talus.diagnosis.dataset import PRIOR_WIDTH
 from talus.diagnosis.motion import has_inertia
 from talus.diagnosis.search import Search, machine_base, plain_base
-from talus.diagnosis.torque_terms import model_at
 
 LEG, SLIDER = REPOSITORY / "models/leg_cad.yaml", REPOSITORY / "models/slider.yaml"
 FRICTION = ("coulomb", "viscous", "offset")
@@ -27,11 +26,11 @@ def search(tmp_path_factory):
     return Search(dataset, list(identified.base.values()), lambda every: [c for c in every if c.effect == "parallel_spring"])
 
 
-def cost_by_lstsq(search, columns, left):
+def cost_by_lstsq(search, columns, temperature):
     """What the rows of data and drawing together leave, less what those of the data alone leave."""
     gram, dataset = search.gram, search.dataset
-    data = np.concatenate([np.concatenate([plain[:-1], own]).T for plain, own in zip(gram.plain, gram.gathered(columns))]) / np.sqrt(left)
-    reading = np.concatenate([plain[-1] for plain in gram.plain]) / np.sqrt(left)
+    data = np.concatenate([np.concatenate([plain[:-1], own]).T for plain, own in zip(gram.plain, gram.gathered(columns))]) / np.sqrt(temperature)
+    reading = np.concatenate([plain[-1] for plain in gram.plain]) / np.sqrt(temperature)
     names, given = list(dataset.model.base), np.array(list(dataset.model.base.values()))
     drawn = [k for k, name in enumerate(names) if not name.endswith(FRICTION) and given[k] != 0]
     rows = np.zeros((len(drawn), data.shape[1]))
@@ -45,11 +44,11 @@ def cost_by_lstsq(search, columns, left):
     return least(both, wanted) - least(data, reading)
 
 
-@pytest.mark.parametrize("left", [1.0, 40.0])
-def test_what_the_drawing_costs_is_the_least_squares_of_its_rows_beside_the_data(search, left):
+@pytest.mark.parametrize("temperature", [1.0, 40.0])
+def test_what_the_drawing_costs_is_the_least_squares_of_its_rows_beside_the_data(search, temperature):
     for columns in ([], list(search.gram.candidates[0].columns)):
-        want = cost_by_lstsq(search, columns, left)
-        assert want > 0.1 and search.gram.cost_of_drawing(columns, left) == pytest.approx(want, rel=1e-3)
+        want = cost_by_lstsq(search, columns, temperature)
+        assert want > 0.1 and search.gram.cost_of_drawing(columns, temperature) == pytest.approx(want, rel=1e-3)
 
 
 def spring(stiffness_N_m):
@@ -64,7 +63,7 @@ def test_a_mass_that_an_effect_turns_negative_is_found_beside_that_effect(tmp_pa
     spring(60000.0).write(tmp_path / "run.csv")
     dataset, _ = recorded(SLIDER, tmp_path, tmp_path / "run.csv")
     plain, found = (of(dataset) for of in (plain_base, machine_base))
-    assert plain[0] < 0 and not has_inertia(model_at(dataset, plain), dataset.processed_recordings[0])
+    assert plain[0] < 0 and not has_inertia(dataset, plain)
     assert found[0] == pytest.approx(80.0, rel=0.02)
 
 

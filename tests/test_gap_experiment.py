@@ -61,7 +61,7 @@ def contest(twin):
     _, found, verdict = twin
     named = choice.explanation(found, verdict.fit.chosen, (HIDDEN["effect"], HIDDEN["joint"]))
     rival = choice.explanation(found, verdict.fit.chosen, RIVAL)
-    return Contest(found, named, [rival], choice.temperature_of(found, verdict.fit))
+    return Contest(found, named, [rival], found.temperature_of(verdict.fit))
 
 
 # ---- trajectories ------------------------------------------------------------------

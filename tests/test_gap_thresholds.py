@@ -14,7 +14,7 @@ STEERING = {  # what saves time, numerics, or how a page prints it
     "search.py": {"BEAM", "MOST_JOINED", "PROMISING", "REFINED"},
     "verdict.py": {"HOPELESS", "LEAST_PROBABILITY", "CONFUSABLE_ABOVE"},
     "irregular.py": {"VIEWS"},
-    "outside/beside.py": set(),
+    "outside/beside.py": {"HOPELESS"},
     "calibration/gains.py": {"PROCESSES", "FEWEST", "MOST", "SURE_BELOW", "SURE_ABOVE"},
     "calibration/stability.py": {"MOST_RIVALS"},
     "calibration/further.py": set(),

@@ -73,7 +73,7 @@ def fit(excess, *names):
 
 
 def beyond(mine, theirs, sound=True, nothing=0.2, outdone=False, alone=(), off_drawing=None):
-    search = SimpleNamespace(with_outsiders=theirs, outside_alone=list(alone), off_drawing=off_drawing, chance=14.0, floor_of={"T0": 100.0}, detection_threshold=40.0, is_outside=lambda key: key[0] == "hose", plain=fit(9000.0),
+    search = SimpleNamespace(with_outsiders=theirs, outside_alone=list(alone), off_drawing=off_drawing, temperature_of=lambda one: 1.0, chance=14.0, floor_of={"T0": 100.0}, detection_threshold=40.0, is_outside=lambda key: key[0] == "hose", plain=fit(9000.0),
                              nothing=lambda before, after: nothing, calibration=SimpleNamespace(outdone=lambda gain: outdone), fit=lambda chosen: fit(0.0, *(c.key[0] for c in chosen)))  # fmt: skip
     return beside.Beyond(search, mine, sound)
 
@@ -119,7 +119,7 @@ def test_the_effect_in_front_of_both_stays_and_one_that_the_cause_replaces_loses
 def test_a_cause_that_fits_as_well_and_leaves_the_machine_as_it_is_drawn(mine, theirs, excess, likely):
     """exp(-x/2) for each, x chi-square off the drawing, over what one of so many causes gains by chance (14)."""
     off = {"spring": mine, "hose": theirs}
-    found = beyond(fit(-50.0, "spring"), None, alone=[fit(excess, "hose")], off_drawing=lambda one: off[one.chosen[0].key[0]])
+    found = beyond(fit(-50.0, "spring"), None, alone=[fit(excess, "hose")], off_drawing=lambda one, temperature: off[one.chosen[0].key[0]])
     assert found.probability == pytest.approx(likely, abs=1e-9)
     assert [candidate.key for _, candidate in found.instead()] == ([("hose", "joint")] if likely else [])
     found.add_to(SimpleNamespace(further={}, known=1.0))  # it stands beside nothing

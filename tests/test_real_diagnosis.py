@@ -143,7 +143,7 @@ def part_of(recording, begin, end, path):
 
 
 PARTS = [(0.0, 0.6), (0.4, 1.0), (0.2, 0.8)]
-OF_PARTS = {"emps/emps_identification": {"asymmetric_friction"}, "ur10e/ur10e_joint_1": {"nonlinear_viscous"},
+OF_PARTS = {"emps/emps_identification": {"asymmetric_friction", "unknown"}, "ur10e/ur10e_joint_1": {"nonlinear_viscous"},
             "ur10e/ur10e_joint_4": {"unknown", "none"}, "ur10e/ur10e_joint_5": {"unknown", "none"},
             "ak80/ak80_A_comp_full": {"torque_constant"}, "ak80/ak80_ripple_8": {"cogging"},
             "embir/embir_stall_12_05_2021_11-32-30": {"unknown", "torque_constant", "torque_saturation"}}  # fmt: skip

@@ -108,6 +108,8 @@ class ToyDataset(Dataset):
         self.at_motor, self.joints, self.bases = False, 2, len(BASE_NM)  # another joint shows nothing
         self.model = SimpleNamespace(joints=["joint", "other"], torque_unit="Nm")
         self.prior, self.prior_width, self.identified = BASE_NM, PRIOR_WIDTH * BASE_NM, BASE_NM
+        self.drawn_width, self.is_drawn, self.is_inertia = self.prior_width, np.ones(len(BASE_NM), bool), np.zeros(len(BASE_NM), bool)
+        self.inertia_kept = 1.0
         self.absent, self.kinds, self.angle_kinds, self.load_sensor = [], [KIND], [], False
         score = SimpleNamespace(lowpass_hz=LOWPASS_HZ)
         self.processed_recordings = [SimpleNamespace(grid_t_s=STEP_S * np.arange(SAMPLES), step_s=STEP_S, x=[problem.base.T],
@@ -160,7 +162,7 @@ def stand_ins():
     """Within, search() takes toys for recordings."""
     with (patch.multiple(real, TorqueTerms=lambda *_: None, Extent=lambda _: None, candidates=lambda dataset, *_: dataset.candidates),
           patch.object(real, "gc", SimpleNamespace(collect=lambda: None)), patch.object(replicates, "Source", ToySource),
-          patch.object(gains, "ProcessPoolExecutor", Here)):  # fmt: skip
+          patch.object(gains, "ProcessPoolExecutor", Here), patch.object(gains, "has_inertia", lambda *_: True)):  # fmt: skip
         yield
 
 

@@ -231,10 +231,10 @@ class Gram:
         total = self._ordered(rows).sum(0)
         return total + self._prior(len(total) - 1)
 
-    def cost_of_drawing(self, columns, left):
+    def cost_of_drawing(self, columns, temperature):
         """Chi-square that it costs a fit with these columns to have inertia and gravity as the model file has them, to a drawing's
-        accuracy. `left`: chi-square over its freedom that the fit leaves; noise that is so much larger moves parameters more."""
-        data, dataset = self._gram(columns).sum(0) / left, self.dataset
+        accuracy. That of the data counts by its `temperature`: where forms are approximate, parameters move more."""
+        data, dataset = self._gram(columns).sum(0) / temperature, self.dataset
         free = np.where(dataset.is_drawn, dataset.drawn_width, np.inf)
         drawn = data + self._known_to(free, len(data) - 1)
         return float(squares(drawn, solve(drawn)) - squares(data, solve(data)))

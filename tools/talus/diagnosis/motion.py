@@ -11,6 +11,7 @@ from talus import TalusError, check, ffi, lib, pointer
 
 from .catalogue.law import BASE
 from .kinds import is_known, kind_of
+from .torque_terms import model_at
 
 WINDOW_S = 0.25
 LONGEST_STEP_S = 0.005
@@ -50,10 +51,12 @@ def inertia_over(model, angles):
     return np.array(out)
 
 
-def has_inertia(model, processed):
-    """Could its inertia be a machine's, where the recorded motion mostly is? An effect that is not in the model can turn it negative."""
+def has_inertia(dataset, base):
+    """Could these base parameters be a machine's, where the recorded motion mostly is? An effect that is not in the model can turn its
+    inertia negative."""
+    poses = np.median(dataset.processed_recordings[0].q, axis=1)[None]
     try:
-        np.linalg.cholesky(inertia_over(model, np.median(processed.q, axis=1)[None])[0])
+        np.linalg.cholesky(inertia_over(model_at(dataset, base), poses)[0])
     except np.linalg.LinAlgError:
         return False
     return True

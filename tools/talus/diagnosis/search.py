@@ -12,16 +12,17 @@ from .calibration.gains import Replicator
 from .catalogue import sparse
 from .catalogue.candidate import joined
 from .effects import candidates, torque_constant_error
-from .figures import Residuals, left_of_freedom
+from .figures import Residuals
 from .gram import Gram
 from .motion import has_inertia
-from .torque_terms import Extent, TorqueTerms, model_at
+from .torque_terms import Extent, TorqueTerms
 from .shapes import REFINED_WITHIN, ROUGH_OF_SIGNAL, refined
 from .calibration.thresholds import (
     DEVIATIONS,
     HALF,
     NEARLY_HALF,
     PART,
+    REST_AS_NOISE,
     RIGHT_TO,
     TIMES_AS_MUCH,
     TOLERATED_PER_FREEDOM,
@@ -108,9 +109,19 @@ class Search:
         found = self.excess_by_kind(self.plain)
         return sum(max(found[kind], floor) for kind, floor in self.floor_of.items()) / sum(self.floor_of.values())
 
-    def off_drawing(self, fit):
-        """Chi-square by which the machine beside a fit's effects is not the one of the model file."""
-        return self.gram.cost_of_drawing(self.columns(fit.chosen), left_of_freedom(self, fit))
+    def off_drawing(self, fit, temperature):
+        """Chi-square by which the machine beside a fit's effects is not the one of the model file, the data's taken at a likelihood
+        temperature."""
+        return self.gram.cost_of_drawing(self.columns(fit.chosen), temperature)
+
+    def temperature(self, left, before=0.0):
+        """By how much chi-square differs between forms that are equally good: by chance, and the more is left, and was there `before`, the
+        more."""
+        return self.chance + REST_AS_NOISE * max(left, 0.0) + RIGHT_TO**2 * max(before, 0.0)
+
+    def temperature_of(self, fit):
+        """The same over all channels, beside a fit."""
+        return self.temperature(fit.excess - self.tolerated, self.plain.excess)
 
     def is_outside(self, key):
         """Is an (effect, joint) in no catalogue?"""
@@ -379,13 +390,13 @@ def plain_base(dataset):
 def machine_base(dataset):
     """The same; where no machine can have such an inertia, for an effect makes it, those beside the effect that closes most and leaves one
     that can be."""
-    plain, processed = plain_base(dataset), dataset.processed_recordings[0]
-    if has_inertia(model_at(dataset, plain), processed):
+    plain = plain_base(dataset)
+    if has_inertia(dataset, plain):
         return plain
     first = Search(dataset, dataset.identified, sparse if dataset.at_motor else list)
     for fit in first.scan([], looking=True):
         base = first.gram.fold_strengths(first.columns(fit.chosen))[-1][:dataset.bases]
-        if has_inertia(model_at(dataset, base), processed):
+        if has_inertia(dataset, base):
             return base
     return plain
 

@@ -15,8 +15,6 @@ from .calibration.thresholds import (
     OF_NESTED,
     OPEN,
     PART,
-    REST_AS_NOISE,
-    RIGHT_TO,
     TIMES_AS_MUCH,
 )
 
@@ -129,12 +127,6 @@ def open_at(search, fit, kinds):
     return left / max(left + closed, 1.0), closed
 
 
-def temperature_of(search, left, before=0.0):
-    """By how much chi-square differs between forms that are equally good: by chance, and the more is left, and was there `before`, the
-    more."""
-    return search.chance + REST_AS_NOISE * max(left, 0.0) + RIGHT_TO**2 * max(before, 0.0)
-
-
 class Odds:
     """What could stand in the first effect's place beside it. Every kind of channel has a likelihood temperature of its own: what a fine
     encoder shows of an approximate form says nothing about what a camera, or the torque, can tell apart."""
@@ -142,9 +134,9 @@ class Odds:
     def __init__(self, search, fit):
         self.search, self.fit = search, fit
         plain, self.mine = search.held_out_excess([]), search.held_out_excess(fit.chosen)
-        self.temperature = {kind: temperature_of(search, x - search.tolerated_of[kind], plain[kind]) for kind, x in self.mine.items()}
+        self.temperature = {kind: search.temperature(x - search.tolerated_of[kind], plain[kind]) for kind, x in self.mine.items()}
         own = sum(self.mine[kind] for kind in search.dataset.kinds_at(fit.chosen[0].joint) if kind[0] == "T")
-        self.nested_temperature = OF_NESTED * temperature_of(search, own)
+        self.nested_temperature = OF_NESTED * search.temperature(own)
 
     def _adds_nothing(self, other, theirs):
         """Do both fits together explain no more than the better one? Then that one holds the other, or is the true form."""
@@ -190,15 +182,15 @@ def shares(search, fit, others, sets=()):
     beside = _weight(without)
     weight += [_weight(o) / beside * odds.of(o) * (1 - search.nothing(search.fit(o.chosen[:-1]), o)) for o in sets]
     likely = [k for k, w in enumerate(weight) if w > 0]
-    seen = np.array([witness(search, [*others, *sets][k]) for k in likely])
+    seen = np.array([witness(search, [*others, *sets][k], search.temperature_of(fit)) for k in likely])
     out = np.zeros(len(weight))
     out[likely] = np.array(weight)[likely] * np.exp(seen - max(seen, default=0.0))
     return out / (float(np.sum(out)) or 1.0)
 
 
-def witness(search, fit):
+def witness(search, fit, temperature):
     """Logarithm of how likely what the torques do not say is beside a fit: the camera's mean, and that the machine is as it is drawn."""
-    return tilt_source.witness(search, fit) - 0.5 * search.off_drawing(fit)
+    return tilt_source.witness(search, fit) - 0.5 * search.off_drawing(fit, temperature)
 
 
 def _weight(fit):

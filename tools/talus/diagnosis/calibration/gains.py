@@ -18,7 +18,6 @@ from concurrent.futures import ProcessPoolExecutor
 import numpy as np
 
 from ..motion import has_inertia
-from ..torque_terms import model_at
 from .thresholds import DEVIATIONS, HALF, MISFIT, RANGE, TIMES_AS_MUCH
 from . import replicates
 
@@ -134,9 +133,9 @@ class Replicator:
         return self._made[key]
 
     def _beside(self, search, fit):
-        base, terms = search.gram.fold_strengths(search.columns(fit.chosen))[-1][:search.dataset.bases], search.all_terms[0]
-        if not has_inertia(model_at(search.dataset, base), terms.processed):
-            base = terms.base  # of the first look's best effect, without which there is no such machine
+        base = search.gram.fold_strengths(search.columns(fit.chosen))[-1][:search.dataset.bases]
+        if not has_inertia(search.dataset, base):
+            base = search.all_terms[0].base  # of the first look's best effect, without which there is no such machine
         base = search.dataset.with_whole_inertia(base)
         source = replicates.Source.of(search.dataset, base, fit.chosen, fit.strengths)
         if source is None:

@@ -96,11 +96,6 @@ def rivals(search, verdict):
     return found or [Explanation("no effect", [chosen[1:]], search.fit(chosen[1:]).excess)]
 
 
-def temperature_of(search, fit):
-    """Of the verdict as it stands."""
-    return judging.temperature_of(search, fit.excess - search.tolerated, search.plain.excess)
-
-
 # ---- the menu -----------------------------------------------------------------------
 
 
@@ -194,7 +189,7 @@ def named_effect(search, verdict):
     named = explanation(search, chosen, chosen[0].key)
     if not named:
         return Proposal(in_words(verdict))
-    contest = Contest(search, named, rivals(search, verdict), temperature_of(search, verdict.fit))
+    contest = Contest(search, named, rivals(search, verdict), search.temperature_of(verdict.fit))
     found = options(search, contest, limits)
     if not found:
         return Proposal(in_words(verdict))

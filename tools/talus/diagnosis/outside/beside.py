@@ -4,7 +4,7 @@ import math
 
 from ..calibration.thresholds import HALF, LOGIT_WIDTH, NEARLY_HALF
 
-LARGEST = 700.0  # whose exponential there is
+HOPELESS = 60.0  # twice the logarithm of the odds: what has so much against it
 
 
 class Beyond:
@@ -39,11 +39,12 @@ class Beyond:
     def _weigh_drawing(self):
         """A cause that explains the recordings as well as the effects do, and leaves the machine the one of the model file where these
         need another: by how much, over what one of so many causes has by chance."""
-        mine, least = self.fit.excess, max(self.search.detection_threshold, sum(self.search.floor_of.values()))
-        near = [one for one in self.search.outside_alone if self.fit.chosen and one.excess < max(mine, least)]
+        least = max(self.search.detection_threshold, sum(self.search.floor_of.values()))
+        near = [one for one in self.search.outside_alone if self.fit.chosen and one.excess < max(self.fit.excess, least)]
         for one in near:
-            nearer = self.search.off_drawing(self.fit) - self.search.off_drawing(one) - self.search.chance
-            probability = 1.0 / (1.0 + math.exp(min(-0.5 * nearer, LARGEST)))
+            mine, theirs = (self.search.off_drawing(fit, self.search.temperature_of(self.fit)) for fit in (self.fit, one))
+            nearer = mine - theirs - self.search.chance
+            probability = 1.0 / (1.0 + math.exp(min(-0.5 * nearer, HOPELESS)))
             if probability > self.probability:
                 self.probability, self.first = probability, one.chosen[0]
 
