@@ -62,7 +62,7 @@ def shared_energy(at):
 
 
 ENTRIES = [
-    Effect(id="shared_energy", words="a spring over both joints, as of a cable", candidates=shared_energy, outside=True,
+    Effect(id="shared_energy", words="a spring that the other joint stretches too, as of a cable over both", candidates=shared_energy, outside=True,
            size=lambda p: f"{abs(p['product_Nm_rad']):.2g} Nm/rad"),
     entry("coupled_angles", "a torque that goes with the other joint's angle, as of a cable over both",
           beside_another("coupled_angles", angles, [{"own": x} for x in OWN_SHARES]), lambda p: f"{abs(p['size']):.2g} Nm/rad"),
