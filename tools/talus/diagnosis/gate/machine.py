@@ -35,6 +35,7 @@ NEVER_NEGATIVE, NOISE_AT_0, NEGATIVE_SHARE = 1e-3, 0.05, 0.15
 ALIKE = 0.1  # of the residual's power, by which a fit nearer to the model file may be worse: rows near each other leave the same
 BRAKES = 0.1  # correlation of torque and speed, by which a drive takes power out of a motion that gets it from nowhere else
 SIGN_ROUNDS = 6
+STILL, BOUNDED = ("coulomb", "offset"), ("moment", "gravity_sin", "gravity_cos")  # torques that do not grow with the motion, or not for long
 DEGREES, TURNS, MILLI = np.pi / 180, 2 * np.pi, 1e-3
 
 
@@ -61,20 +62,16 @@ class Rows:
 
     @property
     def speed(self):
-        return self.x[:, self._ending("viscous")[0]]
+        return self.x[:, self.ending("viscous")[0]]
 
     def friction(self, found):
         """The torque of friction, by these base parameters."""
-        own = self._ending("coulomb", "viscous")
+        own = self.ending("coulomb", "viscous")
         return self.x[:, own] @ found[own]
 
-    def of_motion(self):
-        """Columns that grow with the motion: all but a torque that is constant, or has the speed's sign."""
-        still = self._ending("coulomb", "offset")
-        return [k for k in range(len(self.names)) if k not in still]
-
-    def _ending(self, *words):
-        return [k for k, name in enumerate(self.names) if name.endswith(words)]
+    def ending(self, *words, without=False):
+        """The columns whose names end with some words, or with none of them."""
+        return [k for k, name in enumerate(self.names) if name.endswith(words) != without]
 
 
 @dataclass(frozen=True)
@@ -224,17 +221,24 @@ def _mistaken(model, names, recordings, joint, columns, every, several):
 
 
 def _can_be(rows, one):
-    """Could it be, whatever the model file's terms? A sign that were wrong would have friction drive the joint as it stands; and where
-    another unit of the angle makes all that grows with the motion small, it makes any terms plausible."""
-    scale = np.sqrt(np.mean(rows.measured**2))
+    """Could it be, whatever the model file's terms? A sign that were wrong would have friction drive the joint as it stands. Where
+    another unit of the angle makes all that grows with the motion small, any terms are plausible: then these must be out of the
+    question as they stand."""
     if one.explanation.torque < 0:
-        friction = rows.friction(near_prior(rows))
-        return np.mean(friction * rows.speed) < HARDLY * scale * np.sqrt(np.mean(rows.speed**2))
-    if one.explanation.angle == 1.0:
+        return np.mean(rows.friction(fitted(rows)[0]) * rows.speed) < HARDLY * rms(rows.measured) * rms(rows.speed)
+    if one.explanation.angle >= 1.0:
         return True
-    explained = stacked(one.every)
-    grows = explained.of_motion()
-    return np.max(np.sqrt(np.mean(explained.x[:, grows] ** 2, axis=0)) * np.abs(explained.prior[grows])) > BEARS * scale
+    return grown(stacked(one.every), *STILL) > BEARS or grown(rows, *STILL, *BOUNDED) > np.exp(FAR)
+
+
+def grown(rows, *but):
+    """The largest of the model file's torques that grow with the motion (all but these), over the measured one."""
+    grows = rows.ending(*but, without=True)
+    return np.max(np.sqrt(np.mean(rows.x[:, grows] ** 2, axis=0)) * np.abs(rows.prior[grows])) / rms(rows.measured)
+
+
+def rms(x):
+    return np.sqrt(np.mean(x**2))
 
 
 def _best(tried):
