@@ -152,3 +152,11 @@ def test_recordings_of_other_benches_and_real_machines_have_no_grave_finding():
         found = [f for f in gate.findings(model, [file.name for file in files], recordings) if f.grave]
         grave |= {str(files[0]): found} if found else {}
     assert grave == {}
+
+
+@pytest.mark.parametrize(("column", "factor"), [("ankle_motor_rad", 1 / 125), ("ankle_joint_rad", 125)])
+def test_the_side_of_a_linkage_that_cannot_be_is_the_wrong_one(column, factor, sound):
+    """Motor and encoder fit alike in both; but the linkage does not turn by hundreds of degrees."""
+    model, recordings = sound["leg"]
+    columns = {**recordings[0].columns, column: factor * recordings[0].columns[column]}
+    assert ("ratio", column) in {(found.id, found.column) for found in gate.findings(model, ["run.csv"], [talus.Recording(columns)])}

@@ -99,6 +99,11 @@ class Drive:
         angle = np.array([lib.tl_transmission_joint_angle(self.transmission, factor * x) for x in self.motor])
         return _slope(angle, self.at_joint) if np.isfinite(angle).all() else (0.0, 0.0)
 
+    def stands_there(self):
+        """Can the joint be where its encoder says? A motor's angle goes beyond a linkage, or beyond a turn."""
+        motor = np.array([lib.tl_transmission_motor_angle(self.transmission, x) for x in self.at_joint])
+        return bool(np.isfinite(motor).all() and np.ptp(self.at_joint) < 2 * np.pi)
+
     def mistaken(self, at_joint, at_motor):
         """(id, column, words) of what is mistaken, or None."""
         (raw, raw_agrees), (slope, agrees) = _slope(self.motor, self.at_joint), self.through()
@@ -118,6 +123,8 @@ class Drive:
         if found:
             return found[0], found[1], f"{told}: {found[2]}"
         if self.gear > 1.5 and _is(abs(slope), self.gear):
+            if self.stands_there():
+                return "ratio", at_motor, f"{told}: the motor's is on the other side of the gear"
             return "ratio", at_joint, f"{told}: it is on the other side of the gear"
         if agrees > SURELY and abs(np.log(abs(slope) + 1e-300)) > np.log(1 + ANOTHER_RATIO):
             return "ratio", at_joint, f"{told}: the drive's ratio is another one than the model file's"
