@@ -25,7 +25,7 @@ SPRING, TWIST, TEETH, GAP = map(candidate, ("parallel_spring", "elasticity", "co
 def search():
     """Its refined sets leave a half of what they left on the grid."""
     half = lambda fit: fit_of(fit.chosen, 0.5 * fit.excess)
-    return SimpleNamespace(tolerated=TOLERATED, rough=TOLERATED, reshaped=lambda fit: fit, all_refined=half, fit=fit_of, ordered=lambda fit: fit,
+    return SimpleNamespace(tolerated=TOLERATED, rough=TOLERATED, temperature_of=lambda fit: 1.0, off_drawing=lambda fit, temperature: 0.0, reshaped=lambda fit: fit, all_refined=half, fit=fit_of, ordered=lambda fit: fit,
                            nothing=lambda before, after: 0.0, other_sets=[], camera_zero_rad=None)  # fmt: skip
 
 
