@@ -9,7 +9,8 @@ from gap_in_process import recorded
 from support import REPOSITORY, data, needs_data
 from talus.diagnosis import gate
 from talus.diagnosis.calibration import lowpass
-from talus.diagnosis.dataset import PRIOR_WIDTH
+from talus.diagnosis.calibration.thresholds import PART
+from talus.diagnosis.dataset import drawn_width
 from talus.diagnosis.motion import has_inertia
 from talus.diagnosis.search import Search, machine_base, plain_base
 
@@ -34,8 +35,8 @@ def cost_by_lstsq(search, columns, temperature):
     names, given = list(dataset.model.base), np.array(list(dataset.model.base.values()))
     drawn = [k for k, name in enumerate(names) if not name.endswith(FRICTION) and given[k] != 0]
     rows = np.zeros((len(drawn), data.shape[1]))
-    rows[np.arange(len(drawn)), drawn] = 1 / (PRIOR_WIDTH * np.abs(given[drawn]))
-    both, wanted = np.concatenate([data, rows]), np.concatenate([reading, np.ones(len(drawn)) * np.sign(given[drawn]) / PRIOR_WIDTH])
+    rows[np.arange(len(drawn)), drawn] = 1 / (PART * np.abs(given[drawn]))
+    both, wanted = np.concatenate([data, rows]), np.concatenate([reading, np.ones(len(drawn)) * np.sign(given[drawn]) / PART])
 
     def least(x, y):
         size = np.linalg.norm(x, axis=0) + 1e-300
@@ -49,6 +50,29 @@ def test_what_the_drawing_costs_is_the_least_squares_of_its_rows_beside_the_data
     for columns in ([], list(search.gram.candidates[0].columns)):
         want = cost_by_lstsq(search, columns, temperature)
         assert want > 0.1 and search.gram.cost_of_drawing(columns, temperature) == pytest.approx(want, rel=1e-3)
+
+
+BENCH = {"shank_inertia": 0.1, "shank_moment": 0.4, "foot_moment": 0.05, "ankle_rotor_inertia": 0.0, "knee_coulomb": 1.0, "knee_viscous": 0.2}
+
+
+@pytest.mark.parametrize("identified, widths", [
+    ([0.11, 0.45, 0.01, 0.5, 9.0, 9.0], [0.02, 0.08, 0.01]),  # two are a drawing's, whatever the third is
+    ([0.11, 0.60, 0.01, 0.0, 1.0, 0.2], [np.inf] * 3),  # one may be so by chance, and friction says nothing
+    ([-0.1, -0.4, -0.05, 0.0, 1.0, 0.2], [np.inf] * 3),
+])  # fmt: skip
+def test_a_file_of_which_identification_finds_two_values_is_a_drawing(identified, widths):
+    assert drawn_width(BENCH, np.array(identified)) == pytest.approx([*widths, np.inf, np.inf, np.inf])
+
+
+def test_a_first_guess_costs_nothing(search, monkeypatch):
+    monkeypatch.setattr(search.dataset, "drawn_width", np.full(search.dataset.bases, np.inf))
+    assert search.gram.cost_of_drawing([], 1.0) == 0.0
+
+
+def test_the_parameter_that_is_farthest_off_is_told(search, monkeypatch):
+    base = search.dataset.prior * [1.1, 0.5, 3.0, 1.2, 1.0, 9.0, 9.0, 9.0, 9.0]
+    monkeypatch.setattr(search.gram, "fold_strengths", lambda columns: np.array([base]))
+    assert search.farthest_off_drawing(search.plain) == ("foot_moment", pytest.approx(3.0))
 
 
 def spring(stiffness_N_m):

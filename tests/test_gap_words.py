@@ -79,6 +79,8 @@ def test_what_an_unknown_gap_looks_like(size, closes, said):
     assert unsure == "A gap remains that no known effect explains (probability 0.90)."
     if size:
         assert "0.2 N at 3 Hz" in words.likeness(like, True)
+    rival = {"effects": [{"effect": "parallel_spring", "joint": "ankle"}], "parameter": "foot_moment", "times": 0.1449}
+    assert words.likeness(like | {"rival": rival}).endswith("; so would parallel spring at the ankle, but only if foot moment were 0.14 times the model file's")
 
 
 def test_poor_recordings():

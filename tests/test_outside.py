@@ -122,6 +122,7 @@ def test_a_cause_that_fits_as_well_and_leaves_the_machine_as_it_is_drawn(mine, t
     found = beyond(fit(-50.0, "spring"), None, alone=[fit(excess, "hose")], off_drawing=lambda one, temperature: off[one.chosen[0].key[0]])
     assert found.probability == pytest.approx(likely, abs=1e-9)
     assert [candidate.key for _, candidate in found.instead()] == ([("hose", "joint")] if likely else [])
+    assert found.by_drawing == bool(likely)
     found.add_to(SimpleNamespace(further={}, known=1.0))  # it stands beside nothing
     assert beyond(fit(-50.0), None, alone=[fit(excess, "hose")], off_drawing=None).probability == 0.0
 
@@ -228,3 +229,16 @@ def test_a_cable_over_both_joints_and_its_stiffness():
     first = found.report["resembles"][0]
     assert first["id"] == "shared_energy" and first["size"] == "1.5 Nm/rad"
     assert first["parameters"] == pytest.approx({"product_Nm_rad": 1.5, "first_Nm_rad2": 2.0, "second_Nm_rad2": 0.0}, abs=0.05)
+
+
+def test_a_cable_that_a_spring_and_a_heavier_foot_imitate_is_told_by_the_drawing():
+    """-0.6 k a at 100 Hz: an ankle's spring closes as much of it, beside a foot that is not the model file's."""
+    columns = dict(talus.simulate(talus.read(LEG), duration_s=20, seed=5, rate_hz=100).columns)
+    k, a = columns["knee_motor_rad"] / 51, columns["ankle_joint_rad"]
+    columns["knee_current_A"] = columns["knee_current_A"] - 0.6 * a / KNEE_NM_PER_A
+    columns["ankle_current_A"] = columns["ankle_current_A"] - 0.6 * k / 0.1031 / talus.read(LEG).transmission(1).ratio(a)
+    found = talus.diagnose(LEG, talus.Recording(columns))
+    first = found.report["resembles"][0]
+    assert found.verdict["effect"] == "unknown" and first["id"] == "shared_energy" and first["closes"] > 0.7
+    assert first["rival"]["effects"][0] == {"effect": "parallel_spring", "joint": "ankle"} and first["rival"]["times"] > 2.5
+    assert "so would parallel spring at the ankle" in str(found) and "foot inertia were" in str(found)

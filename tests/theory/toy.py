@@ -108,7 +108,7 @@ class ToyDataset(Dataset):
         self.at_motor, self.joints, self.bases = False, 2, len(BASE_NM)  # another joint shows nothing
         self.model = SimpleNamespace(joints=["joint", "other"], torque_unit="Nm")
         self.prior, self.prior_width, self.identified = BASE_NM, PRIOR_WIDTH * BASE_NM, BASE_NM
-        self.drawn_width, self.is_drawn, self.is_inertia = self.prior_width, np.ones(len(BASE_NM), bool), np.zeros(len(BASE_NM), bool)
+        self.drawn_width, self.is_inertia = self.prior_width, np.zeros(len(BASE_NM), bool)
         self.inertia_kept = 1.0
         self.absent, self.kinds, self.angle_kinds, self.load_sensor = [], [KIND], [], False
         score = SimpleNamespace(lowpass_hz=LOWPASS_HZ)

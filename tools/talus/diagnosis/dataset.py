@@ -45,6 +45,17 @@ def session(processed_recordings):
     return begins, total
 
 
+def drawn_width(given, identified):
+    """How near a machine's base parameters are to a model file's {name: value}, one standard deviation: inertia and gravity to a
+    drawing's accuracy, friction and zeros not at all (infinite). Nothing is, unless identification finds two of them as near as that: one
+    can be so by chance in a file of first guesses."""
+    values = np.array(list(given.values()))
+    drawn = np.array([not name.endswith(("coulomb", "viscous", "offset")) for name in given]) & (values != 0.0)
+    width = PART * np.abs(values)
+    near = np.abs(identified - values)[drawn] <= width[drawn]
+    return np.where(drawn, width, np.inf) if near.sum() >= 2 else np.full(len(values), np.inf)
+
+
 class Dataset:
     """All recordings of one diagnosis under one model; `effects` are those that are tried, by id."""
 
@@ -58,9 +69,8 @@ class Dataset:
         self.prior = np.array(list(model.base.values()))
         self.identified = np.array(list(talus.Model.from_tree(tree).base.values()))
         width = PRIOR_WIDTH if self.joints > 1 else PRIOR_WIDTH_OF_ONE_JOINT
-        self.drawn_width = width * np.abs(self.prior)
-        self.prior_width = np.maximum(self.drawn_width, np.abs(self.identified - self.prior))
-        self.is_drawn = np.array([not name.endswith(("coulomb", "viscous", "offset")) for name in model.base])  # inertia and gravity
+        self.prior_width = np.maximum(width * np.abs(self.prior), np.abs(self.identified - self.prior))
+        self.drawn_width = drawn_width(model.base, self.identified)
         self.is_inertia = np.array([name.startswith("mass") or name.endswith("inertia") for name in model.base])
         no_gravity = not model.has_gravity  # a file's 0 means that there is none
         self.absent = [k for k, name in enumerate(model.base) if no_gravity and name.startswith("gravity")]
@@ -134,11 +144,11 @@ class Dataset:
         joint = self.tree["joint"]
         return joint["torque_constant_Nm_A"] * abs(joint.get("transmission", {}).get("ratio", 1.0))
 
-    # ---- noise and blocks ----------------------------------------------------------
-
     def with_whole_inertia(self, base):
         """Base parameters of the machine whose inertia the sensors let appear as this one."""
         return np.where(self.is_inertia, np.asarray(base) / max(self.inertia_kept, GIVES_UP), base)
+
+    # ---- noise and blocks ----------------------------------------------------------
 
     def find_sigma(self, residual=None):
         """Standard deviation of each kind's noise at the samples. `residual(channel)` is what a model leaves of a torque:

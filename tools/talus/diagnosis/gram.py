@@ -234,9 +234,10 @@ class Gram:
     def cost_of_drawing(self, columns, temperature):
         """Chi-square that it costs a fit with these columns to have inertia and gravity as the model file has them, to a drawing's
         accuracy. That of the data counts by its `temperature`: where forms are approximate, parameters move more."""
-        data, dataset = self._gram(columns).sum(0) / temperature, self.dataset
-        free = np.where(dataset.is_drawn, dataset.drawn_width, np.inf)
-        drawn = data + self._known_to(free, len(data) - 1)
+        if not np.isfinite(self.dataset.drawn_width).any():
+            return 0.0
+        data = self._gram(columns).sum(0) / temperature
+        drawn = data + self._known_to(self.dataset.drawn_width, len(data) - 1)
         return float(squares(drawn, solve(drawn)) - squares(data, solve(data)))
 
     def prior_rows(self, width=None):

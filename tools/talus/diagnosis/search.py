@@ -114,6 +114,13 @@ class Search:
         temperature."""
         return self.gram.cost_of_drawing(self.columns(fit.chosen), temperature)
 
+    def farthest_off_drawing(self, fit):
+        """(name, times the model file's value) of the parameter of inertia or gravity that is farthest from it beside a fit's effects."""
+        dataset = self.dataset
+        base = self.gram.fold_strengths(self.columns(fit.chosen))[-1][:dataset.bases]
+        far = int(np.argmax(np.abs(base - dataset.prior) / dataset.drawn_width))
+        return list(dataset.model.base)[far], float(base[far] / dataset.prior[far])
+
     def temperature(self, left, before=0.0):
         """By how much chi-square differs between forms that are equally good: by chance, and the more is left, and was there `before`, the
         more."""

@@ -94,7 +94,16 @@ def cause(effect, joint, straight=False, own=()):
 def likeness(one, straight=False):
     """What a gap looks like, and where: an entry of GAP.json's `resembles`."""
     closes = "" if one["closes"] is None else f"; that would close {100 * one['closes']:.0f} % of the gap"
-    return f"{looks(one, straight)} at the {one['joint']}{closes}"
+    return f"{looks(one, straight)} at the {one['joint']}{closes}{rival(one)}"
+
+
+def rival(one):
+    """Why it is not the effects that explain as much, where the machine beside these is another one."""
+    if "rival" not in one:
+        return ""
+    other = one["rival"]
+    effects = " and ".join(at(each["effect"], each["joint"]) for each in other["effects"])
+    return f"; so would {effects}, but only if {name(other['parameter'])} were {other['times']:.2g} times the model file's"
 
 
 def looks(one, straight=False):

@@ -29,7 +29,8 @@ NEARLY_HALF = 0.45
 probabilities, at most: of what half the low-pass does not show, or the sensors may have done."""
 PART = 0.2
 """Least share that counts as a part: of what one order or mode leaves, for a second one; of the whole, for a verdict on one joint
-alone; of what differs between periods, about one frequency, where noise of any colour has below 0.1."""
+alone; of what differs between periods, about one frequency, where noise of any colour has below 0.1. Of inertia and gravity, what a
+drawing is off by."""
 LOGIT_WIDTH = 0.35  # of the logarithm of such a share
 REST_AS_NOISE = 0.1  # of what is left, so much counts as noise of the odds: forms are approximate
 RIGHT_TO = 0.02

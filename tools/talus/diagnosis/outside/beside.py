@@ -17,6 +17,7 @@ class Beyond:
         self.first = next((c for c in self.other.chosen if search.is_outside(c.key)), None) if self.other else None
         self.takes = self._share_taken() if self.first else 0.0
         self.probability = self._probability() if self.first else 0.0
+        self.by_drawing = False  # do the effects explain as much, but beside another machine?
         self._weigh_drawing()
         if self.first and not (sound and self._outdoes_replicates()):
             self.probability = min(self.probability, NEARLY_HALF)
@@ -39,14 +40,16 @@ class Beyond:
     def _weigh_drawing(self):
         """A cause that explains the recordings as well as the effects do, and leaves the machine the one of the model file where these
         need another: by how much, over what one of so many causes has by chance."""
-        least = max(self.search.detection_threshold, sum(self.search.floor_of.values()))
-        near = [one for one in self.search.outside_alone if self.fit.chosen and one.excess < max(self.fit.excess, least)]
-        for one in near:
-            mine, theirs = (self.search.off_drawing(fit, self.search.temperature_of(self.fit)) for fit in (self.fit, one))
-            nearer = mine - theirs - self.search.chance
-            probability = 1.0 / (1.0 + math.exp(min(-0.5 * nearer, HOPELESS)))
-            if probability > self.probability:
-                self.probability, self.first = probability, one.chosen[0]
+        search, least = self.search, max(self.search.detection_threshold, sum(self.search.floor_of.values()))
+        near = [one for one in search.outside_alone if self.fit.chosen and one.excess < max(self.fit.excess, least)]
+        if not near:
+            return
+        temperature = search.temperature_of(self.fit)
+        nearest, one = min(((search.off_drawing(one, temperature), one) for one in near), key=lambda pair: pair[0])
+        against = search.off_drawing(self.fit, temperature) - nearest - search.chance
+        probability = 1.0 / (1.0 + math.exp(min(-0.5 * against, HOPELESS)))
+        if probability > self.probability:
+            self.probability, self.first, self.by_drawing = probability, one.chosen[0], True
 
     def _outdoes_replicates(self):
         """Does the cause gain more than the readings alone gain anything?"""
