@@ -2,6 +2,7 @@
 #include <math.h>
 
 #include "talus/experimental/simulate.h"
+#include "talus/math.h"
 
 #define TWO_PI 6.283185307179586
 #define FARTHEST 1e6 /* rad or m: beyond it the loop has not held the plant */
@@ -11,6 +12,9 @@ typedef struct drive_between {
   const tl_replay *replay;
   size_t row;
   double gain[TL_MAX_JOINTS]; /* d torque / d acceleration at the row */
+  double position[TL_MAX_JOINTS], velocity[TL_MAX_JOINTS]; /* that a drive's loop has seen */
+  double held[TL_MAX_JOINTS];                              /* its torque since its last tick */
+  size_t ticks;                                            /* so many of them */
 } drive_between;
 
 /* straight between two rows */
@@ -26,8 +30,8 @@ static void driven(const void *context, double t_s, const tl_motion *motion, dou
   int j;
 
   for (j = 0; j < TL_MAX_JOINTS; j++) {
-    torque[j] = 0.0;
-    if (!r->q[j]) continue;
+    torque[j] = d->held[j];
+    if (!r->q[j] || r->loop[j].order) continue;
     torque[j] = between(r->torque[j], d->row, share) +
                 d->gain[j] * (w * w * (between(r->q[j], d->row, share) - motion->q[j]) +
                               2.0 * w * (between(r->v[j], d->row, share) - motion->v[j]));
@@ -49,6 +53,45 @@ static void gains(const tl_model *m, const tl_motion *at, int joints, double gai
   }
 }
 
+/* where a drive's encoder shows a joint */
+static double seen_at(const tl_replay *r, int joint, double q) {
+  const tl_replay_loop *loop = &r->loop[joint];
+  double position = tl_drive_position(r->model, joint, q);
+
+  if (!(loop->step > 0.0)) return position;
+  return floor((position - loop->offset) / loop->step + 0.5) * loop->step + loop->offset;
+}
+
+/* one tick of the drives' loops, where the plant stands */
+static void tick(const tl_replay *r, const tl_simulation *s, drive_between *d, int joints) {
+  int j;
+
+  for (j = 0; j < joints; j++) {
+    const tl_replay_loop *loop = &r->loop[j];
+    double seen;
+    if (!loop->order) continue;
+    seen = seen_at(r, j, s->motion.q[j]);
+    d->velocity[j] += (1.0 - tl_exp(-TWO_PI * loop->velocity_hz * r->longest_step_s)) *
+                      ((seen - d->position[j]) / r->longest_step_s - d->velocity[j]);
+    d->position[j] = seen;
+    d->held[j] = loop->order[d->ticks] - loop->stiffness * seen - loop->damping * d->velocity[j];
+  }
+  d->ticks++;
+}
+
+/* the plant to the next row, through the ticks that come before it */
+static tl_status run_to_row(const tl_replay *r, tl_simulation *s, drive_between *d, int joints) {
+  double until = r->t_s[d->row + 1] - r->t_s[0], at;
+  tl_status status = TL_OK;
+
+  while (status == TL_OK && d->ticks < r->ticks &&
+         (at = r->first_tick_s + (double)d->ticks * r->longest_step_s) < until) {
+    status = tl_simulate(r->model, driven, d, r->longest_step_s, s, at);
+    if (status == TL_OK) tick(r, s, d, joints);
+  }
+  return status == TL_OK ? tl_simulate(r->model, driven, d, r->longest_step_s, s, until) : status;
+}
+
 /* writes where the plant stands to a row; 0 where it has left the recorded motion altogether */
 static int shown(const tl_replay *r, const tl_simulation *s, const drive_between *d, size_t row, int joints) {
   double torque[TL_MAX_JOINTS] = {0.0, 0.0};
@@ -67,7 +110,8 @@ static int shown(const tl_replay *r, const tl_simulation *s, const drive_between
   return 1;
 }
 
-static tl_status begin(const tl_replay *r, tl_simulation *s, int joints) {
+/* the plant and the loops at row 0 */
+static tl_status begin(const tl_replay *r, tl_simulation *s, drive_between *d, int joints) {
   double q[TL_MAX_JOINTS] = {0.0, 0.0}, v[TL_MAX_JOINTS] = {0.0, 0.0};
   tl_status status;
   int j;
@@ -79,25 +123,31 @@ static tl_status begin(const tl_replay *r, tl_simulation *s, int joints) {
   status = tl_simulation_init(s, r->model, q, v);
   s->effect = r->effect;
   s->effects = r->effects;
+  for (j = 0; j < joints && status == TL_OK; j++) {
+    d->position[j] = seen_at(r, j, q[j]);
+    d->velocity[j] = v[j] * tl_drive_ratio(r->model, j, q[j]);
+  }
+  if (status == TL_OK && r->ticks > 0) tick(r, s, d, joints);
   return status;
 }
 
 tl_status tl_simulate_replay(const tl_replay *r) {
   tl_simulation s;
-  drive_between d = {r, 0, {0.0, 0.0}};
+  drive_between d = {r, 0, {0.0, 0.0}, {0.0, 0.0}, {0.0, 0.0}, {0.0, 0.0}, 0};
   tl_status status;
   size_t row;
   int joints;
 
-  if (!r || !r->model || r->n < 2 || !(r->longest_step_s > 0.0) || !(r->loop_hz >= 0.0))
+  if (!r || !r->model || r->n < 2 || !(r->longest_step_s > 0.0) || !(r->loop_hz >= 0.0) ||
+      !(r->first_tick_s > -r->longest_step_s && r->first_tick_s <= 0.0))
     return TL_ERR_ARGUMENT;
   joints = tl_joint_count(r->model);
-  status = begin(r, &s, joints);
+  status = begin(r, &s, &d, joints);
   if (status != TL_OK) return status;
   gains(r->model, &s.motion, joints, d.gain);
   if (!shown(r, &s, &d, 0, joints)) return TL_ERR_NOT_FINITE;
   for (row = 1; row < r->n; row++) {
-    status = tl_simulate(r->model, driven, &d, r->longest_step_s, &s, r->t_s[row] - r->t_s[0]);
+    status = run_to_row(r, &s, &d, joints);
     if (status != TL_OK) return status;
     if (!shown(r, &s, &d, row, joints)) return TL_ERR_NOT_FINITE;
     d.row = row;

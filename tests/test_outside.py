@@ -12,7 +12,8 @@ from support import BUILD, REPOSITORY, run
 
 os.environ.setdefault("TALUS_BUILD", str(BUILD))
 
-from talus.diagnosis import words  # noqa: E402
+from talus.diagnosis import command, words  # noqa: E402
+from talus.diagnosis.calibration import gains  # noqa: E402
 from talus.diagnosis.calibration.thresholds import NEARLY_HALF  # noqa: E402
 from talus.diagnosis.effects import EFFECTS  # noqa: E402
 from talus.diagnosis.outside import OUTSIDE, beside, held_reading, hysteresis  # noqa: E402
@@ -201,6 +202,15 @@ def test_a_sliders_hose_on_the_terminal_and_the_page(tmp_path):
     assert like["parameters"] == pytest.approx({"size_Nm": 30.0, "travel_rad": travel_m}, rel=0.1)
     page = (tmp_path / "gap.html").read_text()
     assert "What it looks like beyond the catalogue" in page and words.linear(like["size"]) in page
+
+
+def test_where_no_replicate_can_be_made_none_is_tried(tmp_path, monkeypatch):
+    """A plant that cannot be simulated, say: with rough forms beside the catalogue's there would be nothing to hold them against."""
+    pendulum(ADDED["hysteresis"]).write(tmp_path / "run.csv")
+    monkeypatch.setattr(gains.Replicator, "beside", lambda *_: None)
+    command.main(["-q", "--model", str(PENDULUM), "--report", str(tmp_path / "gap.json"), str(tmp_path / "run.csv")])
+    report = json.loads((tmp_path / "gap.json").read_text())
+    assert not report["calibrated"] and not report["resembles"] and report["verdict"]["effect"]
 
 
 def test_where_nothing_is_added_nothing_is_resembled():

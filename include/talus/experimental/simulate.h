@@ -122,8 +122,17 @@ typedef struct tl_windows {
 /* Fills w->deviation. Errors of tl_simulation_init and tl_simulate. */
 TL_CHECK tl_status tl_simulate_windows(const tl_windows *w);
 
+/* The position loop of a joint's drive, which ticks every longest_step_s: its torque is what it orders, less stiffness
+ * times the position that its encoder shows, less damping times the low-passed speed of that. */
+typedef struct tl_replay_loop {
+  double stiffness, damping; /* torque, as tl_forward takes it, by tl_drive_position and its speed */
+  double velocity_hz;        /* of the first-order low-pass on the speed, above 0 */
+  double step, offset;       /* of the encoder's grid. A step of 0: exact */
+  const double *order;       /* (ticks). NULL: no loop */
+} tl_replay_loop;
+
 /* A recorded motion driven once more: the plant under the recorded torque, and a weak loop that keeps it near the
- * recorded motion. What comes out is a motion that obeys the model to the last bit, and is as rough as the recorded one:
+ * recorded motion; or under its drive's own loop, which turns the encoder's steps into torque. What comes out is a motion that obeys the model to the last bit, and is as rough as the recorded one:
  * recorded anew by the same sensors it shows what these and the reconstruction leave where nothing is hidden. */
 typedef struct tl_replay {
   const tl_model *model;
@@ -132,6 +141,9 @@ typedef struct tl_replay {
   double
       loop_hz; /* of the loop, critically damped: torque for position error is (2 pi loop_hz)^2 dtorque/da */
   double longest_step_s; /* of the integration */
+  tl_replay_loop loop[TL_MAX_JOINTS]; /* in the weak loop's and the recorded torque's place */
+  double first_tick_s;                /* after row 0: above -longest_step_s, not above 0 */
+  size_t ticks;                       /* of each loop's order; after the last its torque is held */
   size_t n;
   const double *t_s; /* (n), rises strictly */
   const double *q[TL_MAX_JOINTS], *v[TL_MAX_JOINTS],

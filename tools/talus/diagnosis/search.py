@@ -316,7 +316,10 @@ class Search:
         return singles if singles and self.significant(self.plain, singles[0], 0.0) else []
 
     def look_outside(self, singles):
-        """The same search with causes outside the catalogue, where one of them shows alone, beside the catalogue's `singles`."""
+        """The same search with causes outside the catalogue, where one of them shows alone, beside the catalogue's `singles`. Not without
+        replicates: rough forms take up what anything leaves."""
+        if not self.calibration:
+            return
         with self.with_outside(effects_too=False):
             self.outside_alone = outside = [fit for fit in self.something_alone() if self.significant(self.plain, fit, 0.0)]
         if not outside:

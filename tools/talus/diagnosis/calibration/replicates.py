@@ -1,7 +1,8 @@
 """Null replicates: what these very recordings would show if the identified model were the whole truth.
 
 The model is driven once more by the recorded torque and a weak loop onto the recorded motion, and recorded anew by the
-same sensors: their resolution, noise and instants. What the search then finds is what reconstruction and noise alone
+same sensors: their resolution, noise and instants. Where the recordings show how the drive answers its own encoder, the model is
+driven by that loop instead, through that encoder: what its steps do to the torque, and to the motion, is in a replicate as well. What the search then finds is what reconstruction and noise alone
 leave (parametric bootstrap, Davison and Hinkley, Bootstrap Methods and their Application, ch. 4).
 """
 
@@ -13,6 +14,8 @@ import numpy as np
 import talus
 from talus import TalusError, check, ffi, lib, pointer
 
+from . import feedback
+from .loops import CORRECTIONS, TICK_S, Loops
 from .. import noise
 from ..dataset import Dataset
 from ..kinds import is_known
@@ -21,7 +24,6 @@ from ..processed_recording import ProcessedRecording
 from ..torque_terms import TorqueTerms
 
 LOOP_HZ = 3.0  # as slow as keeps the plant near: a stiffer loop would replace the motion by the recorded one
-LONGEST_STEP_S = 0.001
 NOISE_WINDOW_S = 0.25  # over which noise is measured: chatter comes and goes with the motion
 ANGLES = ("ankle_joint_rad", "shank_rad", "foot_rad")
 
@@ -69,20 +71,28 @@ class Sensors:
 
     def _torque(self, dataset, record, joint):
         """Standard deviation of a torque's noise at every sample."""
-        raw, sigma = dataset.effort(record, joint), dataset.sigma[f"T{joint}"]
-        third = np.pad(np.diff(raw, 3) ** 2, (1, 2), mode="edge") / 20.0
-        n = max(8, int(NOISE_WINDOW_S / self.processed.step_s))
-        local = np.sqrt(np.convolve(np.pad(third, (n // 2, n - 1 - n // 2), mode="edge"), np.ones(n) / n, "valid"))
+        local, sigma = self._local(dataset.effort(record, joint)), dataset.sigma[f"T{joint}"]
         rms = np.sqrt(np.mean(local**2))
         return local * (sigma / rms if rms > 0 and sigma > rms else 1.0)
 
-    def seen(self, name, values, random):
-        """An angle as the sensor shows it."""
+    def _local(self, raw):
+        """Standard deviation of a torque's white noise about every sample."""
+        third = np.pad(np.diff(raw, 3) ** 2, (1, 2), mode="edge") / 20.0
+        n = max(8, int(NOISE_WINDOW_S / self.processed.step_s))
+        return np.sqrt(np.convolve(np.pad(third, (n // 2, n - 1 - n // 2), mode="edge"), np.ones(n) / n, "valid"))
+
+    def without(self, joint, torque):
+        """A torque's noise is what it has beside the roughness that the drive's loop makes."""
+        share = np.mean(self._local(torque) ** 2) / max(np.mean(self.torque[joint] ** 2), 1e-300)
+        self.torque[joint] *= np.sqrt(max(1.0 - share, 0.0))
+
+    def seen(self, name, values, random, offset=None):
+        """An angle as the sensor shows it; its grid lies anywhere, unless its `offset` is given."""
         step, own = self.step[name], self.noise[name]
         values = values + own * random.standard_normal(len(values)) if own > 0 else values
         if step <= 0:
             return values
-        offset = step * random.random()
+        offset = step * random.random() if offset is None else offset
         return np.round((values - offset) / step) * step + offset
 
 
@@ -97,19 +107,24 @@ class Driven:
     joint: np.ndarray
 
 
-def driven(dataset, record, terms, effects=()):
-    """Driven; None where the model cannot be simulated."""
-    processed, model = dataset.processed_recordings[record], plant_of(terms)
+def driven(dataset, record, terms, effects=(), loops=None):
+    """Driven, joints that have one of the `loops` {joint: Loop} by that; None where the model cannot be simulated."""
+    processed, model, loops = dataset.processed_recordings[record], plant_of(terms), loops or {}
     torque = np.array([dataset.effort(record, j) for j in range(dataset.joints)])
     out = Driven(processed.q.copy(), processed.v.copy(), torque.copy(), processed.q.copy())
     every = ffi.new("tl_effect[]", max(len(effects), 1))
     for place, effect in enumerate(effects):
         every[place] = effect[0]
-    for part in processed.parts:
+    for place, part in enumerate(processed.parts):
         rows = slice(part["begin"], part["end"])
         alive = [np.ascontiguousarray(processed.t_s[rows])]
-        spec = ffi.new("tl_replay *", {"model": model.struct, "loop_hz": LOOP_HZ, "longest_step_s": LONGEST_STEP_S, "effect": every,
+        spec = ffi.new("tl_replay *", {"model": model.struct, "loop_hz": LOOP_HZ, "longest_step_s": TICK_S, "effect": every,
                                        "effects": len(effects), "n": len(alive[0]), "t_s": pointer(alive[0])})  # fmt: skip
+        for j, loop in loops.items():
+            alive.append(np.ascontiguousarray(loop.order[place]))
+            spec.loop[j] = (loop.law.stiffness, loop.law.damping, loop.law.velocity_hz(TICK_S), loop.step, loop.offset,
+                            pointer(alive[-1]))  # fmt: skip
+            spec.ticks, spec.first_tick_s = len(alive[-1]), feedback.first_tick_s(alive[0], TICK_S)
         results = []
         for j in range(dataset.joints):
             for name, values in (("q", processed.q), ("v", processed.v), ("torque", torque)):
@@ -127,8 +142,9 @@ def driven(dataset, record, terms, effects=()):
     return out
 
 
-def recorded(dataset, record, motion, sensors, random):
-    """The recording that the sensors would have made of a motion."""
+def recorded(dataset, record, motion, sensors, random, loops=None):
+    """The recording that the sensors would have made of a motion, the drives' encoders on the grids of their `loops`."""
+    offsets = {dataset.model.sensor("position")[j]: loop.offset for j, loop in (loops or {}).items()}
     q, v, torque, joint = motion.q, motion.v, motion.torque, motion.joint
     columns = dict(dataset.processed_recordings[record].columns)
     model = dataset.model
@@ -138,7 +154,7 @@ def recorded(dataset, record, motion, sensors, random):
         shown |= {"ankle_joint_rad": joint[1], "shank_rad": joint[0], "foot_rad": joint[0] + joint[1]}
     for name, values in shown.items():
         if name in columns:
-            columns[name] = sensors.seen(name, values, random)
+            columns[name] = sensors.seen(name, values, random, offsets.get(name))
     for j in range(dataset.joints):
         measured = torque[j] + sensors.torque[j] * random.standard_normal(len(torque[j]))
         name, scale = effort_column(dataset, columns, j)
@@ -167,11 +183,14 @@ def replicable(dataset):
 
 
 class Source:
-    """What replicates of a dataset are made of: the model's own motion on each recording, and its sensors."""
+    """What replicates of a dataset are made of: the model's own motion on each recording, under the recorded torque or the drives' own
+    `loops`, and its sensors."""
 
-    def __init__(self, dataset, motions):
-        self.dataset, self.motions = dataset, motions
-        self.sensors = [Sensors(dataset, record) for record in range(len(motions))]
+    def __init__(self, dataset, all_terms, effects):
+        self.dataset, self.all_terms, self.effects = dataset, all_terms, effects
+        self.sensors = [Sensors(dataset, record) for record in range(len(all_terms))]
+        self.loops = Loops(dataset, self.sensors)
+        self.motions = self._by_loops() if self.loops else self._driven(self.loops.of)
 
     @classmethod
     def of(cls, dataset, base, chosen=(), every=()):
@@ -180,21 +199,43 @@ class Source:
         if not replicable(dataset) or not all(is_known(c.effect) for c in chosen):
             return None
         effects = [effect_of(dataset, part, own) for c, all_own in zip(chosen, every) for part, own in c.pieces(all_own)]
-        motions = []
-        for record in range(len(dataset.processed_recordings)):
-            terms = TorqueTerms(dataset, record, base)
-            if not all(acts_in_time(effect, terms.model) for effect in effects):
-                return None
-            motions.append(driven(dataset, record, terms, effects))
-        return None if any(motion is None for motion in motions) else cls(dataset, motions)
+        all_terms = [TorqueTerms(dataset, record, base) for record in range(len(dataset.processed_recordings))]
+        if not all(acts_in_time(effect, terms.model) for effect in effects for terms in all_terms):
+            return None
+        made = cls(dataset, all_terms, effects)
+        return made if made.motions is not None else None
+
+    def _driven(self, loops):
+        motions = [driven(self.dataset, record, terms, self.effects, loops[record]) for record, terms in enumerate(self.all_terms)]
+        return None if any(motion is None for motion in motions) else motions
+
+    def _by_loops(self):
+        """Motions under loops that show what the recorded drives do; without those that cannot."""
+        motions = self._driven(self.loops.of)
+        for _ in range(CORRECTIONS if motions else 0):
+            self.loops.correct(motions)
+            motions = self._driven(self.loops.of)
+            if not motions:
+                break
+        loud = self.loops.too_loud(motions) if motions else range(self.dataset.joints)
+        if loud:
+            self.loops.drop(loud)
+            motions = self._driven(self.loops.of)
+        for sensors, motion, loops in zip(self.sensors, motions or (), self.loops.of):
+            for j in loops:
+                sensors.without(j, motion.torque[j])
+        return motions
 
     def replicate(self, seed, number):
         """The dataset of one replicate; None where nothing of it can be used."""
         gc.collect()  # a search's candidates hold their torque terms in circles: those of the replicate before
         random = np.random.Generator(np.random.Philox(key=[seed % 2**64, number]))
-        made = []
-        for old, motion, sensors in zip(self.dataset.processed_recordings, self.motions, self.sensors):
-            one = recorded(self.dataset, len(made), motion, sensors, random)
+        loops = self.loops.on_grids(random)
+        motions, made = self._driven(loops) if self.loops else self.motions, []
+        if motions is None:
+            return None
+        for old, motion, sensors, own in zip(self.dataset.processed_recordings, motions, self.sensors, loops):
+            one = recorded(self.dataset, len(made), motion, sensors, random, own)
             made.append(ProcessedRecording(self.dataset.model, one, old.name, old.window_hz))
         return Anew(self.dataset, made) if all(one.parts for one in made) else None
 

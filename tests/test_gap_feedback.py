@@ -1,0 +1,212 @@
+"""How a drive answers its encoder, found in recordings, and replicates that do as it does (tools/talus/diagnosis/calibration/feedback)."""
+
+import json
+import math
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from gap_in_process import recorded
+from scipy import signal
+from scipy.integrate import solve_ivp
+from support import REPOSITORY, run
+
+from talus.diagnosis.calibration import feedback
+from talus.diagnosis.calibration.loops import TICK_S, Loop
+from talus.diagnosis.calibration.replicates import Source, driven
+from talus.diagnosis.search import plain_base
+from talus.diagnosis.torque_terms import TorqueTerms
+
+PENDULUM = REPOSITORY / "models/pendulum.yaml"
+BENCH_RAD_S, BENCH_DAMPING, BENCH_SPEED_HZ = 2 * math.pi * 10.0, 0.8, 100.0  # of talus-sim's control (docs/talus-sim.md)
+
+
+def bench(folder, *options):
+    path = folder / "bench.csv"
+    run("talus-sim", "--model", PENDULUM, "--out", path, *options)
+    return path
+
+
+def even(n, step_s):
+    """A recording on an even grid, all that the law is measured from."""
+    part = {"begin": 0, "end": n, "begin_s": 0.0, "n": n}
+    return SimpleNamespace(step_s=step_s, t_s=step_s * np.arange(n), parts=[part], inside=np.ones(n, bool), resample=np.asarray)
+
+
+def waves(t, low_Hz, high_Hz, seed, count=40):
+    """Sines at drawn frequencies, and their first two derivatives."""
+    random = np.random.default_rng(seed)
+    w, phase = 2 * np.pi * random.uniform(low_Hz, high_Hz, count)[:, None], random.uniform(0, 2 * np.pi, count)[:, None]
+    return np.array([(w**k * np.sin(w * t + phase + 0.5 * k * np.pi)).sum(0) for k in range(3)])
+
+
+# ---- the law ---------------------------------------------------------------------------
+
+
+def test_a_law_beside_a_slow_order_is_found_and_the_order_with_it():
+    recording = even(6000, 0.004)
+    t = recording.t_s
+    s = 1e-3 * waves(t, 0.2, 20.0, 1)
+    order = 5.0 * waves(t, 0.1, 1.5, 2)[0]
+    torque = order - 120.0 * s[0] - 3.0 * s[1] + 3.0 * 0.002 * s[2]
+    law = feedback.law_of([recording], [s[0]], [torque])
+    assert (law.stiffness, law.damping, law.delay_s) == pytest.approx((120.0, 3.0, 0.002), rel=0.02)
+    assert law.explains > 0.99
+    inner = slice(200, -200)  # ticks lie half of one before the samples
+    (found,) = feedback.order(recording, law, s[0], torque, TICK_S)
+    assert len(found) * TICK_S >= t[-1] and feedback.first_tick_s(t, TICK_S) == pytest.approx(-0.5 * TICK_S)
+    assert np.sqrt(np.mean(((found[::4] + found[1::4])[:6000] / 2 - order)[inner] ** 2)) < 0.02 * np.std(order)
+
+
+def test_a_plant_that_is_driven_without_a_loop_has_none():
+    """Its torque goes with speed and acceleration the other way."""
+    recording = even(6000, 0.004)
+    q = 1e-3 * waves(recording.t_s, 0.2, 20.0, 3)
+    assert feedback.law_of([recording], [q[0]], [0.05 * q[2] + 0.2 * q[1] + 3.0 * q[0]]) is None
+
+
+def test_a_torque_that_has_nothing_to_do_with_the_encoder_has_no_law():
+    recording, random = even(6000, 0.004), np.random.default_rng(4)
+    q = 1e-3 * waves(recording.t_s, 0.2, 20.0, 5)[0]
+    assert feedback.law_of([recording], [q], [waves(recording.t_s, 0.2, 20.0, 6)[0] + 0.1 * random.standard_normal(6000)]) is None
+
+
+def test_the_law_is_that_of_the_recording_which_shows_it_best():
+    recording, random = even(6000, 0.004), np.random.default_rng(7)
+    s = 1e-3 * waves(recording.t_s, 0.2, 20.0, 8)
+    torque = -120.0 * s[0] - 3.0 * s[1]
+    disturbed = torque + 0.3 * waves(recording.t_s, 4.0, 15.0, 9)[0] * np.std(torque) / 4.0
+    law = feedback.law_of([recording] * 2, [s[0]] * 2, [disturbed + 1e-3 * random.standard_normal(6000), torque])
+    assert law.stiffness == pytest.approx(120.0, rel=0.01)
+
+
+def test_order_of_a_motion_that_repeats_is_the_mean_of_its_periods():
+    recording, random = even(8000, 0.004), np.random.default_rng(10)
+    t, law = recording.t_s, feedback.Law(0.0, 0.0, 0.001, 1.0)
+    clean, noise = np.sin(2 * np.pi * t / 2.0), random.standard_normal(8000)
+    once, mean = (feedback.order(recording, law, 0.0 * t, clean + noise, TICK_S, period_s)[0] for period_s in (None, 2.0))
+    inner = slice(200, -200)
+    assert mean[500:20000] == pytest.approx(mean[2500:22000], abs=1e-9)
+    left = [np.std((x[::4][:8000] - clean)[inner]) for x in (once, mean)]
+    assert left[1] < 1.2 * left[0] / math.sqrt(16)
+
+
+@pytest.mark.parametrize(("rate", "bits"), [(1000, 14), (500, 16), (250, 16)])
+def test_a_bench_drives_as_talus_sim_does(rate, bits, tmp_path):
+    """10 Hz and a damping of 0.8 on the pendulum's inertia; the slower a recording, the more of the encoder's steps is folded into it."""
+    dataset, _ = recorded(PENDULUM, tmp_path, bench(tmp_path, "--duration", "40", "--rate", str(rate), "--encoder-bits", str(bits)))
+    processed = dataset.processed_recordings[0]
+    law = feedback.law_of([processed], [processed.columns["joint_rad"]], [dataset.effort(0, 0)])
+    inertia = dataset.model.parameters["inertia_kg_m2"]
+    assert law.stiffness == pytest.approx(inertia * BENCH_RAD_S**2, rel=0.2)
+    assert law.damping == pytest.approx(2.0 * BENCH_DAMPING * inertia * BENCH_RAD_S, rel=0.2)
+
+
+# ---- the plant under it ----------------------------------------------------------------
+
+
+def test_a_drives_loop_is_the_one_of_its_equations(tmp_path):
+    """Tick by tick with SciPy's integrator between: the encoder's grid, the low-passed speed, the torque that is held."""
+    model = tmp_path / "smooth.yaml"  # without dry friction the equations are smooth
+    model.write_text(PENDULUM.read_text().replace("coulomb_Nm: 0.25", "coulomb_Nm: 0"))
+    path = tmp_path / "bench.csv"
+    run("talus-sim", "--model", model, "--out", path, "--duration", "12", "--seed", "4")
+    dataset, identified = recorded(model, tmp_path, path)
+    terms = TorqueTerms(dataset, 0, np.array(list(identified.base.values())))
+    processed, p, m = dataset.processed_recordings[0], terms.model.parameters, terms.model
+    law, step, offset = feedback.Law(150.0, 3.0, 0.002, 1.0), 0.002, 0.0007
+    first = feedback.first_tick_s(processed.t_s, TICK_S)
+    ticks = np.arange(0.0, processed.t_s[-1] - processed.t_s[0] + 2 * TICK_S, TICK_S) + processed.t_s[0] + first
+    order = 150.0 * np.interp(ticks, processed.t_s, processed.q[0]) + 3.0 * np.interp(ticks, processed.t_s, processed.v[0])
+    motion = driven(dataset, 0, terms, (), {0: Loop(law, [order], step, offset)})
+    t, inertia = processed.t_s - processed.t_s[0], m.inverse(0.0, 0.0, 1.0)[0] - m.inverse(0.0, 0.0, 0.0)[0]
+
+    def grid(q):
+        return math.floor((q - offset) / step + 0.5) * step + offset
+
+    def rate(_, x, torque):
+        gravity = 9.81 * p["gravity_moment_kg_m"] * np.sin(x[0] - p["gravity_zero_rad"])
+        return [x[1], (torque - p["torque_offset_Nm"] - gravity - max(p["viscous_Nms_rad"], 0.0) * x[1]) / inertia]
+
+    x, now, shown = np.array([processed.q[0][0], processed.v[0][0]]), 0.0, []
+    seen, speed, rows = grid(x[0]), x[1], iter(range(1, 120))
+    row = next(rows)
+    for tick in range(600):
+        new = grid(x[0])
+        speed += (1 - math.exp(-2 * math.pi * law.velocity_hz(TICK_S) * TICK_S)) * ((new - seen) / TICK_S - speed)
+        seen = new
+        torque = order[tick] - law.stiffness * seen - law.damping * speed
+        until = first + (tick + 1) * TICK_S
+        while row is not None and t[row] <= until:
+            x = solve_ivp(rate, (now, t[row]), x, args=(torque,), rtol=1e-9, atol=1e-12).y[:, -1] if t[row] > now else x
+            now = t[row]
+            shown.append((row, x[0], torque))
+            row = next(rows, None)
+        x = solve_ivp(rate, (now, until), x, args=(torque,), rtol=1e-9, atol=1e-12).y[:, -1]
+        now = until
+    rows, q, torque = np.array(shown).T
+    rows = rows.astype(int)
+    assert len(rows) > 100
+    assert np.abs(motion.q[0][rows] - q).max() < 1e-6
+    assert np.abs(motion.torque[0][rows] - torque).max() < 1e-3 * np.ptp(torque)
+
+
+# ---- replicates ------------------------------------------------------------------------
+
+
+def repeats(dataset, record=0):
+    """Share of a torque's power beyond the motion that comes back with it."""
+    processed, n = dataset.processed_recordings[record], round(dataset.periods_s[record] / dataset.processed_recordings[record].step_s)
+    band = signal.butter(6, (15.0, 60.0), "bandpass", fs=1.0 / processed.step_s, output="sos")
+    torque = signal.sosfiltfilt(band, processed.resample(dataset.effort(record, 0)))
+    every = torque[: len(torque) // n * n].reshape(-1, n)[1:-1]
+    return 1.0 - np.var(every - every.mean(0)) * len(every) / (len(every) - 1) / np.var(every)
+
+
+def test_a_replicate_has_the_torque_that_its_encoders_steps_make(tmp_path, monkeypatch):
+    """As much of it, and as far as a bench does the same in every period. Noise of the torque's own sensor would not come back."""
+    options = ("--excitation", "multisine", "--fit", "--duration", "60", "--rate", "200", "--encoder-bits", "16")
+    dataset, _ = recorded(PENDULUM, tmp_path, bench(tmp_path, *options))
+    source = Source.of(dataset, plain_base(dataset))
+    assert source.loops.of[0] and repeats(dataset) > 0.5
+    for one in (source.replicate(1, number) for number in range(3)):
+        assert repeats(one) == pytest.approx(repeats(dataset), abs=0.15)
+        assert feedback.roughness(one.effort(0, 0)) == pytest.approx(feedback.roughness(dataset.effort(0, 0)), rel=0.1)
+    monkeypatch.setattr(feedback, "law_of", lambda *_: None)
+    assert repeats(Source.of(dataset, plain_base(dataset)).replicate(1, 0)) < repeats(dataset) - 0.15
+
+
+def test_a_drive_that_follows_a_finer_encoder_than_the_recorded_one_keeps_the_recorded_torque(tmp_path):
+    """The loop of such steps would make a torque many times as rough as this one."""
+    path = bench(tmp_path, "--duration", "20", "--rate", "500", "--encoder-bits", "16")
+    lines = path.read_text().splitlines()
+    at, rows = lines[0].split(",").index("joint_rad"), [line.split(",") for line in lines[1:]]
+    for row in rows:
+        row[at] = repr(round(float(row[at]) / 0.002) * 0.002)
+    path.write_text("\n".join([lines[0], *map(",".join, rows)]) + "\n")
+    dataset, _ = recorded(PENDULUM, tmp_path, path)
+    source = Source.of(dataset, plain_base(dataset))
+    assert not source.loops
+    assert np.array_equal(source.motions[0].torque, Source.of(dataset, plain_base(dataset)).motions[0].torque)
+
+
+def test_the_same_replicate_is_the_same_and_another_has_its_grid_elsewhere(tmp_path):
+    dataset, _ = recorded(PENDULUM, tmp_path, bench(tmp_path, "--duration", "12", "--rate", "500", "--encoder-bits", "14"))
+    source = Source.of(dataset, plain_base(dataset))
+    first, again, other = (source.replicate(1, number).processed_recordings[0].columns for number in (0, 0, 1))
+    assert all(np.array_equal(first[name], again[name]) for name in first)
+    assert not np.array_equal(first["joint_current_A"], other["joint_current_A"])
+    step = source.loops.of[0][0].step
+    grids = [float(np.median((columns["joint_rad"] / step) % 1.0)) for columns in (first, other)]
+    assert abs(grids[0] - grids[1]) > 1e-3
+    assert replace(source.loops.of[0][0], offset=0.0) == source.loops.of[0][0]
+
+
+def test_a_bench_whose_drive_turns_its_encoders_steps_into_torque_hides_nothing(tmp_path):
+    """Presliding at 0.45 while replicates had noise that is independent of the angle's."""
+    path = bench(tmp_path, "--excitation", "multisine", "--fit", "--rate", "250", "--duration", "60", "--encoder-bits", "16", "--seed", "5")
+    report = tmp_path / "gap.json"
+    run("talus-gap", "--quiet", "--model", PENDULUM, "--report", report, path)
+    verdict = json.loads(report.read_text())["verdict"]
+    assert verdict["effect"] == "none" and verdict["probability"] > 0.9

@@ -1,0 +1,82 @@
+"""The drives' own position loops, by which replicates are driven."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from . import feedback
+
+TICK_S = 0.001  # of a drive
+CORRECTIONS = 4
+MOSTLY = 0.7  # of the recorded torque's roughness
+LOUDEST = 1.5  # as rough as the recorded torque: a loop that makes a rougher one is not that of this encoder
+
+
+@dataclass
+class Loop:
+    """A drive's own loop in one recording: its `law`, what it orders beside that at its ticks in each part, and its encoder's grid."""
+
+    law: feedback.Law
+    order: list
+    step: float
+    offset: float = 0.0
+
+
+class Loops:
+    """Of all joints whose drive answers an encoder of which the steps are all the noise there is. `of[record]`: {joint: Loop}."""
+
+    def __init__(self, dataset, sensors):
+        self.dataset, self.sensors = dataset, sensors
+        self.records = range(len(sensors))
+        self.efforts = [[dataset.effort(record, j) for j in range(dataset.joints)] for record in self.records]
+        laws = {j: law for j in range(dataset.joints) if self._steps_alone(j) and (law := self._law(j))}
+        self.of = [{j: self._loop(record, j, law) for j, law in laws.items()} for record in self.records]
+
+    def __bool__(self):
+        return any(self.of)
+
+    def drop(self, joints):
+        """Without those of some joints."""
+        self.of = [{j: loop for j, loop in loops.items() if j not in joints} for loops in self.of]
+
+    def on_grids(self, random):
+        """The same, each encoder's grid anywhere."""
+        return [{j: replace(loop, offset=loop.step * random.random()) for j, loop in loops.items()} for loops in self.of]
+
+    def correct(self, motions):
+        """The lag of a drive's speed is what a recording shows worst. Where its loop makes most of the torque's roughness, or more than
+        there is, the lag is the one that makes all of it."""
+        for j, loop in dict(self.of[0]).items():
+            times = max(self._roughness(motions, record, j) for record in self.records)
+            if times > MOSTLY:
+                delay_s = loop.law.delay_s + (times - 1.0) * loop.law.lag_s(TICK_S)
+                law = replace(loop.law, delay_s=min(delay_s, feedback.DELAY_S[1]))
+                for record in self.records:
+                    self.of[record][j] = self._loop(record, j, law)
+
+    def too_loud(self, motions):
+        """Joints whose loop makes a rougher torque than recorded."""
+        return [j for j in self.of[0] if max(self._roughness(motions, record, j) for record in self.records) > LOUDEST]
+
+    def _roughness(self, motions, record, joint):
+        inside = self.dataset.processed_recordings[record].inside
+        made, recorded = (feedback.roughness(x[joint][inside]) for x in (motions[record].torque, self.efforts[record]))
+        return made / recorded if recorded > 0 else np.inf
+
+    def _column(self, joint):
+        return self.dataset.model.sensor("position")[joint]
+
+    def _steps_alone(self, joint):
+        name = self._column(joint)
+        return all(name in one.columns and sensors.step[name] > 0 and sensors.noise[name] == 0
+                   for one, sensors in zip(self.dataset.processed_recordings, self.sensors))  # fmt: skip
+
+    def _law(self, joint):
+        recordings = self.dataset.processed_recordings
+        return feedback.law_of(recordings, [one.columns[self._column(joint)] for one in recordings], [one[joint] for one in self.efforts])
+
+    def _loop(self, record, joint, law):
+        processed = self.dataset.processed_recordings[record]
+        position, period_s = processed.columns[self._column(joint)], self.dataset.periods_s[record]
+        order = feedback.order(processed, law, position, self.efforts[record][joint], TICK_S, period_s)
+        return Loop(law, order, self.sensors[record].step[self._column(joint)])
