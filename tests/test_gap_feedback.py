@@ -12,6 +12,7 @@ from scipy import signal
 from scipy.integrate import solve_ivp
 from support import REPOSITORY, run
 
+import talus
 from talus.diagnosis.calibration import feedback
 from talus.diagnosis.calibration.loops import TICK_S, Loop
 from talus.diagnosis.calibration.replicates import Source, driven
@@ -210,3 +211,13 @@ def test_a_bench_whose_drive_turns_its_encoders_steps_into_torque_hides_nothing(
     run("talus-gap", "--quiet", "--model", PENDULUM, "--report", report, path)
     verdict = json.loads(report.read_text())["verdict"]
     assert verdict["effect"] == "none" and verdict["probability"] > 0.9
+
+
+@pytest.mark.parametrize(("later_s", "named"), [(0.0003, []), (0.003, ["delay"])])
+def test_a_torque_that_is_held_between_ticks_is_no_delay(later_s, named, tmp_path):
+    """Any recording sees it as much as half a tick early or late; with no least size this one was named for 0.3 ms."""
+    columns = talus.Recording.read(bench(tmp_path, "--duration", "120", "--rate", "250", "--encoder-bits", "0")).columns
+    current, t = columns["joint_current_A"], columns["time_s"]
+    columns["joint_current_A"] = np.interp(t - later_s, t, current)
+    found = talus.diagnose(talus.read(PENDULUM), [talus.Recording(columns)])
+    assert [one["effect"] for one in found.effects] == named

@@ -4,16 +4,16 @@ from .entry import Effect
 
 # the delay itself is a strength: these are where it is linear
 DELAYS_S = (-0.020, -0.015, -0.010, -0.006, -0.003, -0.001, 0.001, 0.003, 0.006, 0.010, 0.015, 0.020)
-# of a leg's drives: less than a tenth of a millisecond is nothing, and more than two samples of its recordings no sampling
-DELAY_OF_A_LEG_S = (0.0001, 0.010)
+LEAST_S = 0.0005  # half a tick of a drive at 1 kHz: a torque that is held between ticks is seen so early or late by any recording
+MOST_OF_A_LEG_S = 0.010  # more than two samples of its recordings is no sampling
 
 
 def candidates(at):
     """A current that is later than the angles; beside a sensor at the output, where the current is known and a late one tells
     of an earlier instant, also both later than the sensor."""
-    least, most = DELAY_OF_A_LEG_S if at.dataset.at_motor else (0.0, max(DELAYS_S))
-    for near_s in (s for s in DELAYS_S if least < abs(s) <= most):
-        near, limits = f"near {1e3 * near_s:g} ms", ((least,), (most,)) if near_s > 0 else ((-most,), (-least,))
+    most = MOST_OF_A_LEG_S if at.dataset.at_motor else max(DELAYS_S)
+    for near_s in (s for s in DELAYS_S if abs(s) <= most):
+        near, limits = f"near {1e3 * near_s:g} ms", ((LEAST_S,), (most,)) if near_s > 0 else ((-most,), (-LEAST_S,))
         for form, saved in ((near, {}), (f"{near}, angles too", {"angles_too": 1.0}))[:2 if at.dataset.load_sensor else 1]:
             yield at.of_law("delay", form, [{"delay_s": 1.0}], {"near_s": near_s, **saved}, saved=([{"delay_s": 1.0}], saved), low=limits[0],
                             high=limits[1])  # fmt: skip
