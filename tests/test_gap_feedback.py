@@ -204,13 +204,27 @@ def test_the_same_replicate_is_the_same_and_another_has_its_grid_elsewhere(tmp_p
     assert replace(source.loops.of[0][0], offset=0.0) == source.loops.of[0][0]
 
 
-def test_a_bench_whose_drive_turns_its_encoders_steps_into_torque_hides_nothing(tmp_path):
-    """Presliding at 0.45 while replicates had noise that is independent of the angle's."""
-    path = bench(tmp_path, "--excitation", "multisine", "--fit", "--rate", "250", "--duration", "60", "--encoder-bits", "16", "--seed", "5")
-    report = tmp_path / "gap.json"
+def diagnosed(folder, *options):
+    path, report = bench(folder, "--fit", "--seed", "5", *options), folder / "gap.json"
     run("talus-gap", "--quiet", "--model", PENDULUM, "--report", report, path)
-    verdict = json.loads(report.read_text())["verdict"]
+    return json.loads(report.read_text())
+
+
+@pytest.mark.parametrize(("rate", "bits", "duration"), [("250", "16", "60"), ("125", "14", "120")])
+def test_a_bench_whose_drive_turns_its_encoders_steps_into_torque_hides_nothing(rate, bits, duration, tmp_path):
+    """Presliding, or viscous friction of another form, at 0.45 while replicates had noise that is independent of the angle's."""
+    options = ("--excitation", "multisine", "--duration", duration, "--rate", rate, "--encoder-bits", bits)
+    verdict = diagnosed(tmp_path, *options)["verdict"]
     assert verdict["effect"] == "none" and verdict["probability"] > 0.9
+
+
+def test_replicates_gain_what_a_bench_that_hides_nothing_gains(tmp_path):
+    """By each effect of some size, at exact angles: a slow recording's reversals give them all something."""
+    found = diagnosed(tmp_path, "--excitation", "paper", "--duration", "20", "--rate", "100", "--encoder-bits", "0")
+    gained = [(one["gain"], one["replicates"]) for one in found["nearest"] if one["gain"] > 100.0]
+    assert len(gained) >= 5 and found["verdict"]["effect"] == "none"
+    for own, replicates in gained:
+        assert replicates == pytest.approx(own, rel=0.4)
 
 
 @pytest.mark.parametrize(("later_s", "named"), [(0.0003, []), (0.003, ["delay"])])

@@ -28,6 +28,7 @@ class Loops:
     def __init__(self, dataset, sensors):
         self.dataset, self.sensors = dataset, sensors
         self.records = range(len(sensors))
+        self.rows = [_inner(processed) for processed in dataset.processed_recordings]
         self.efforts = [[dataset.effort(record, j) for j in range(dataset.joints)] for record in self.records]
         laws = {j: law for j in range(dataset.joints) if self._steps_alone(j) and (law := self._law(j))}
         self.of = [{j: self._loop(record, j, law) for j, law in laws.items()} for record in self.records]
@@ -44,23 +45,24 @@ class Loops:
         return [{j: replace(loop, offset=loop.step * random.random()) for j, loop in loops.items()} for loops in self.of]
 
     def correct(self, motions):
-        """The lag of a drive's speed is what a recording shows worst. Where its loop makes most of the torque's roughness, or more than
-        there is, the lag is the one that makes all of it."""
+        """The lag of a drive's speed is what a recording shows worst: where its loop makes most of the torque's roughness, or more than
+        there is, it is the one that makes all of it."""
         for j, loop in dict(self.of[0]).items():
             times = max(self._roughness(motions, record, j) for record in self.records)
             if times > MOSTLY:
-                delay_s = loop.law.delay_s + (times - 1.0) * loop.law.lag_s(TICK_S)
+                delay_s = TICK_S + times * loop.law.lag_s(TICK_S)
                 law = replace(loop.law, delay_s=min(delay_s, feedback.DELAY_S[1]))
                 for record in self.records:
                     self.of[record][j] = self._loop(record, j, law)
 
-    def too_loud(self, motions):
-        """Joints whose loop makes a rougher torque than recorded."""
-        return [j for j in self.of[0] if max(self._roughness(motions, record, j) for record in self.records) > LOUDEST]
+    def of_little_use(self, motions):
+        """Joints whose loop makes a rougher torque than recorded, or a much smoother one: then the encoder's steps are not what makes it
+        rough, and the recorded torque itself is the better one."""
+        every = {j: [self._roughness(motions, record, j) for record in self.records] for j in self.of[0]}
+        return [j for j, times in every.items() if not MOSTLY < max(times) < LOUDEST]
 
     def _roughness(self, motions, record, joint):
-        inside = self.dataset.processed_recordings[record].inside
-        made, recorded = (feedback.roughness(x[joint][inside]) for x in (motions[record].torque, self.efforts[record]))
+        made, recorded = (feedback.roughness(x[joint][self.rows[record]]) for x in (motions[record].torque, self.efforts[record]))
         return made / recorded if recorded > 0 else np.inf
 
     def _column(self, joint):
@@ -80,3 +82,11 @@ class Loops:
         position, period_s = processed.columns[self._column(joint)], self.dataset.periods_s[record]
         order = feedback.order(processed, law, position, self.efforts[record][joint], TICK_S, period_s)
         return Loop(law, order, self.sensors[record].step[self._column(joint)])
+
+
+def _inner(processed):
+    """Rows but for the begin and end of each part, which filters spoil."""
+    out, n = np.zeros(len(processed.t_s), bool), round(feedback.EDGE_S / processed.step_s)
+    for part in processed.parts:
+        out[part["begin"] + n : part["end"] - n] = True
+    return out

@@ -210,16 +210,16 @@ class Source:
         return None if any(motion is None for motion in motions) else motions
 
     def _by_loops(self):
-        """Motions under loops that show what the recorded drives do; without those that cannot."""
+        """Motions under loops that make the recorded torque's roughness; without those that do not."""
         motions = self._driven(self.loops.of)
         for _ in range(CORRECTIONS if motions else 0):
             self.loops.correct(motions)
             motions = self._driven(self.loops.of)
             if not motions:
                 break
-        loud = self.loops.too_loud(motions) if motions else range(self.dataset.joints)
-        if loud:
-            self.loops.drop(loud)
+        useless = self.loops.of_little_use(motions) if motions else range(self.dataset.joints)
+        if useless:
+            self.loops.drop(useless)
             motions = self._driven(self.loops.of)
         for sensors, motion, loops in zip(self.sensors, motions or (), self.loops.of):
             for j in loops:
