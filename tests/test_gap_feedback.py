@@ -93,6 +93,18 @@ def test_order_of_a_motion_that_repeats_is_the_mean_of_its_periods():
     assert left[1] < 1.2 * left[0] / math.sqrt(16)
 
 
+def test_pieces_too_short_or_too_slow_for_the_band_have_no_law_and_short_ones_an_order():
+    for n, step_s in ((300, 0.004), (6000, 0.03)):
+        recording = even(n, step_s)
+        s = 1e-3 * waves(recording.t_s, 0.2, 15.0, 11)
+        assert feedback.law_of([recording], [s[0]], [-120.0 * s[0] - 3.0 * s[1]]) is None
+    for n in (5, 40):
+        recording = even(n, 0.004)
+        (found,) = feedback.order(recording, feedback.Law(2.0, 0.0, 0.001, 1.0), np.full(n, 1.5), np.full(n, 4.0), TICK_S, 0.008)
+        assert found == pytest.approx(7.0)
+    assert feedback.roughness(np.zeros(3)) == 0.0
+
+
 @pytest.mark.parametrize(("rate", "bits"), [(1000, 14), (500, 16), (250, 16)])
 def test_a_bench_drives_as_talus_sim_does(rate, bits, tmp_path):
     """10 Hz and a damping of 0.8 on the pendulum's inertia; the slower a recording, the more of the encoder's steps is folded into it."""
@@ -151,6 +163,16 @@ def test_a_drives_loop_is_the_one_of_its_equations(tmp_path):
     assert len(rows) > 100
     assert np.abs(motion.q[0][rows] - q).max() < 1e-6
     assert np.abs(motion.torque[0][rows] - torque).max() < 1e-3 * np.ptp(torque)
+
+
+def test_a_drive_that_ticks_first_after_its_first_sample_is_refused(tmp_path, monkeypatch):
+    dataset, identified = recorded(PENDULUM, tmp_path, bench(tmp_path, "--duration", "12"))
+    terms = TorqueTerms(dataset, 0, np.array(list(identified.base.values())))
+    loops = {0: Loop(feedback.Law(150.0, 3.0, 0.002, 1.0), [np.zeros(12001)], 0.001)}
+    assert driven(dataset, 0, terms, (), loops)
+    for first_s in (1e-6, -TICK_S):
+        monkeypatch.setattr(feedback, "first_tick_s", lambda *_: first_s)  # noqa: B023
+        assert driven(dataset, 0, terms, (), loops) is None
 
 
 # ---- replicates ------------------------------------------------------------------------

@@ -44,6 +44,8 @@ class Law:
 def law_of(processed_recordings, positions, torques):
     """The Law of a joint's drive, from the recording that shows it best (in another the motion may have what looks like one); None
     where none does. Its encoder's column and its torque at the samples, of each recording."""
+    if any(BAND_HZ[1] > FOLDED / one.step_s for one in processed_recordings):
+        return None
     found = [_measured(*one) for one in zip(processed_recordings, positions, torques, strict=True)]
     return max((law for law in found if law), key=lambda law: law.explains, default=None)
 
@@ -55,12 +57,17 @@ def order(processed, law, position, torque, tick_s, period_s=None):
     low, out = signal.butter(4, SMOOTH_HZ, fs=1.0 / processed.step_s, output="sos"), []
     for part, piece in zip(processed.parts, _pieces(processed)):
         t = part["begin_s"] + processed.step_s * np.arange(part["n"])
-        s = interpolate.CubicSpline(t, signal.sosfiltfilt(low, position[piece]))
-        smooth = signal.sosfiltfilt(low, torque[piece]) + law.stiffness * s(t) + law.damping * (s(t, 1) - law.delay_s * s(t, 2))
+        s = interpolate.CubicSpline(t, _smooth(low, position[piece]))
+        smooth = _smooth(low, torque[piece]) + law.stiffness * s(t) + law.damping * (s(t, 1) - law.delay_s * s(t, 2))
         first, last = processed.t_s[part["begin"]], processed.t_s[part["end"] - 1]
         ticks = first + first_tick_s(processed.t_s[part["begin"]:part["end"]], tick_s) + tick_s * np.arange(int((last - first) / tick_s) + 2)
         out.append(_repeating(t, smooth, period_s)(np.clip(ticks, t[0], t[-1])))
     return out
+
+
+def _smooth(low, x):
+    """Through a low-pass, forth and back; a short piece has as much put on at its ends as it has."""
+    return signal.sosfiltfilt(low, x, padlen=min(3 * (2 * len(low) + 1), len(x) - 1))
 
 
 def first_tick_s(t_s, tick_s):
@@ -83,15 +90,15 @@ def _repeating(t, values, period_s):
 
 
 def roughness(values):
-    """Standard deviation of white noise that has the third differences of a signal."""
-    return float(np.sqrt(np.mean(np.diff(values, 3) ** 2) / 20.0))
+    """Standard deviation of white noise that has the third differences of a signal; 0 of fewer than four values."""
+    return float(np.sqrt(np.mean(np.diff(values, 3) ** 2) / 20.0)) if len(values) > 3 else 0.0
 
 
 def _measured(processed, position, torque):
     """A Law by least squares in the band, where it can be that of a loop that answers this encoder."""
     rate_Hz = 1.0 / processed.step_s
     pieces = [piece for piece in _pieces(processed) if piece.stop - piece.start > SHORTEST_S * rate_Hz]
-    if BAND_HZ[1] > FOLDED * rate_Hz or not pieces:
+    if not pieces:
         return None
     white = roughness(torque[processed.inside]) ** 2 * 2.0 * (BAND_HZ[1] - BAND_HZ[0]) / rate_Hz
     band = signal.butter(STEEPNESS, BAND_HZ, "bandpass", fs=rate_Hz, output="sos")

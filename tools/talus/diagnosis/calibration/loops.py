@@ -8,7 +8,7 @@ from . import feedback
 
 TICK_S = 0.001  # of a drive
 CORRECTIONS = 4
-MOSTLY = 0.7  # of the recorded torque's roughness
+LEAST = 0.3  # of the recorded torque's roughness
 LOUDEST = 1.5  # as rough as the recorded torque: a loop that makes a rougher one is not that of this encoder
 
 
@@ -45,11 +45,11 @@ class Loops:
         return [{j: replace(loop, offset=loop.step * random.random()) for j, loop in loops.items()} for loops in self.of]
 
     def correct(self, motions):
-        """The lag of a drive's speed is what a recording shows worst: where its loop makes most of the torque's roughness, or more than
+        """The lag of a drive's speed is what a recording shows worst: where its loop makes much of the torque's roughness, or more than
         there is, it is the one that makes all of it."""
         for j, loop in dict(self.of[0]).items():
             times = max(self._roughness(motions, record, j) for record in self.records)
-            if times > MOSTLY:
+            if times > LEAST:
                 delay_s = TICK_S + times * loop.law.lag_s(TICK_S)
                 law = replace(loop.law, delay_s=min(delay_s, feedback.DELAY_S[1]))
                 for record in self.records:
@@ -59,11 +59,11 @@ class Loops:
         """Joints whose loop makes a rougher torque than recorded, or a much smoother one: then the encoder's steps are not what makes it
         rough, and the recorded torque itself is the better one."""
         every = {j: [self._roughness(motions, record, j) for record in self.records] for j in self.of[0]}
-        return [j for j, times in every.items() if not MOSTLY < max(times) < LOUDEST]
+        return [j for j, times in every.items() if not LEAST < max(times) < LOUDEST]
 
     def _roughness(self, motions, record, joint):
         made, recorded = (feedback.roughness(x[joint][self.rows[record]]) for x in (motions[record].torque, self.efforts[record]))
-        return made / recorded if recorded > 0 else np.inf
+        return made / recorded if recorded > 0 else np.inf if made > 0 else 0.0
 
     def _column(self, joint):
         return self.dataset.model.sensor("position")[joint]
@@ -85,8 +85,8 @@ class Loops:
 
 
 def _inner(processed):
-    """Rows but for the begin and end of each part, which filters spoil."""
+    """Rows but for the begin and end of each part, which filters spoil; all where that leaves none."""
     out, n = np.zeros(len(processed.t_s), bool), round(feedback.EDGE_S / processed.step_s)
     for part in processed.parts:
         out[part["begin"] + n : part["end"] - n] = True
-    return out
+    return out if np.count_nonzero(out) > 2 * n else processed.inside

@@ -81,9 +81,9 @@ class Sensors:
         n = max(8, int(NOISE_WINDOW_S / self.processed.step_s))
         return np.sqrt(np.convolve(np.pad(third, (n // 2, n - 1 - n // 2), mode="edge"), np.ones(n) / n, "valid"))
 
-    def without(self, joint, torque):
-        """A torque's noise is what it has beside the roughness that the drive's loop makes."""
-        share = np.mean(self._local(torque) ** 2) / max(np.mean(self.torque[joint] ** 2), 1e-300)
+    def without(self, joint, torque, rows):
+        """A torque's noise is what it has beside the roughness that the drive's loop makes, both in these rows."""
+        share = np.mean(self._local(torque)[rows] ** 2) / max(np.mean(self.torque[joint][rows] ** 2), 1e-300)
         self.torque[joint] *= np.sqrt(max(1.0 - share, 0.0))
 
     def seen(self, name, values, random, offset=None):
@@ -221,9 +221,9 @@ class Source:
         if useless:
             self.loops.drop(useless)
             motions = self._driven(self.loops.of)
-        for sensors, motion, loops in zip(self.sensors, motions or (), self.loops.of):
+        for sensors, motion, loops, rows in zip(self.sensors, motions or (), self.loops.of, self.loops.rows):
             for j in loops:
-                sensors.without(j, motion.torque[j])
+                sensors.without(j, motion.torque[j], rows)
         return motions
 
     def replicate(self, seed, number):
