@@ -13,15 +13,14 @@ would have the opposite sign of damping. With the law known, the order is what t
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import fft, interpolate, signal
 
 BAND_HZ = (5.0, 15.0)  # beyond a bench's motion, below what a loop leaves out or a slow recording folds
-STEEPNESS = 8  # order of the band's filter: below the band the motion is a thousand times as large
+SLOPE_HZ = 1.0  # over which a filter goes from nothing to all: below the band the motion is a thousand times as large
 FOLDED = 0.4  # of the rate: beyond it nothing of the band is left
-SHORTEST_S, EDGE_S = 4.0, 0.5  # of a piece, and what the filter's beginning and end spoil of it
+SHORTEST_S, EDGE_S = 5.0, 1.0  # of a piece, and what the filter's beginning and end spoil of it
 EXPLAINED, LEAST = 0.85, 0.25  # of the torque's power in the band, white noise aside and with it: else the drive does something else
 SMOOTH_HZ = 15.0
-DELAY_S = 3e-4, 0.02
+DELAY_S = 3e-4, 0.006  # of a speed that a position loop can do with
 
 
 @dataclass
@@ -53,21 +52,16 @@ def law_of(processed_recordings, positions, torques):
 def order(processed, law, position, torque, tick_s, period_s=None):
     """What the torque is beside the law, smooth, at a loop's ticks from `first_tick_s` after each part's first sample on, an array a
     part. Where the motion repeats it is the mean over its periods, and repeats as exactly: a drive's answer to its encoder's steps does, too."""
-    position, torque = processed.resample(position), processed.resample(torque)
-    low, out = signal.butter(4, SMOOTH_HZ, fs=1.0 / processed.step_s, output="sos"), []
+    position, torque, out = processed.resample(position), processed.resample(torque), []
+    spring, damper = law.stiffness, law.damping
     for part, piece in zip(processed.parts, _pieces(processed)):
         t = part["begin_s"] + processed.step_s * np.arange(part["n"])
-        s = interpolate.CubicSpline(t, _smooth(low, position[piece]))
-        smooth = _smooth(low, torque[piece]) + law.stiffness * s(t) + law.damping * (s(t, 1) - law.delay_s * s(t, 2))
+        s, moment = (_filtered(x[piece], processed.step_s, (0.0, SMOOTH_HZ), 3) for x in (position, torque))
+        values, slopes = (moment[k] + spring * s[k] + damper * (s[k + 1] - law.delay_s * s[k + 2]) for k in (0, 1))
         first, last = processed.t_s[part["begin"]], processed.t_s[part["end"] - 1]
         ticks = first + first_tick_s(processed.t_s[part["begin"]:part["end"]], tick_s) + tick_s * np.arange(int((last - first) / tick_s) + 2)
-        out.append(_repeating(t, smooth, period_s)(np.clip(ticks, t[0], t[-1])))
+        out.append(_repeating(t, values, slopes, period_s)(np.clip(ticks, t[0], t[-1])))
     return out
-
-
-def _smooth(low, x):
-    """Through a low-pass, forth and back; a short piece has as much put on at its ends as it has."""
-    return signal.sosfiltfilt(low, x, padlen=min(3 * (2 * len(low) + 1), len(x) - 1))
 
 
 def first_tick_s(t_s, tick_s):
@@ -77,16 +71,27 @@ def first_tick_s(t_s, tick_s):
     return (np.angle(turned) / (2 * np.pi) + 0.5) % 1.0 * tick_s - tick_s
 
 
-def _repeating(t, values, period_s):
+def _repeating(t, values, slopes, period_s):
     """Values on an even grid as a smooth function of time, their mean over the periods that are whole if there are several."""
-    every, begin = interpolate.CubicSpline(t, values), t[0] + EDGE_S
+    begin = t[0] + EDGE_S
     periods = int((t[-1] - EDGE_S - begin) / period_s) if period_s else 0
     if periods < 2:
-        return every
+        return lambda at: _between(t, values, slopes, at)
     phase = np.linspace(0.0, period_s, round(period_s / (t[1] - t[0])) + 1)
-    mean = np.mean([every(begin + k * period_s + phase[:-1]) for k in range(periods)], axis=0)
-    repeated = interpolate.CubicSpline(phase, [*mean, mean[0]], bc_type="periodic")
-    return lambda at: repeated((at - begin) % period_s)
+    starts = [begin + k * period_s + phase[:-1] for k in range(periods)]
+    mean = np.mean([_between(t, values, slopes, start) for start in starts], axis=0)
+    rise = np.mean([np.interp(start, t, slopes) for start in starts], axis=0)
+    return lambda at: _between(phase, np.append(mean, mean[0]), np.append(rise, rise[0]), (at - begin) % period_s)
+
+
+def _between(t, values, slopes, at):
+    """Cubic Hermite interpolation on an even grid."""
+    step = t[1] - t[0]
+    row = np.clip(((at - t[0]) / step).astype(int), 0, len(t) - 2)
+    u = (at - t[row]) / step
+    rise = values[row + 1] - values[row]
+    bend, twist = step * slopes[row] - rise, step * slopes[row + 1] - rise
+    return values[row] + u * rise + u * (1 - u) * (bend * (1 - u) - twist * u)
 
 
 def roughness(values):
@@ -101,8 +106,8 @@ def _measured(processed, position, torque):
     if not pieces:
         return None
     white = roughness(torque[processed.inside]) ** 2 * 2.0 * (BAND_HZ[1] - BAND_HZ[0]) / rate_Hz
-    band = signal.butter(STEEPNESS, BAND_HZ, "bandpass", fs=rate_Hz, output="sos")
-    s, t = (np.hstack([_filtered(band, x[piece], processed.step_s) for piece in pieces])
+    edge = round(EDGE_S * rate_Hz)
+    s, t = (np.hstack([_filtered(x[piece], processed.step_s, BAND_HZ, 2)[:, edge:-edge] for piece in pieces])
             for x in (processed.resample(position), processed.resample(torque)))  # fmt: skip
     a, y = np.array([-s[0], -s[1], s[2]]).T, t[0]
     scale = np.linalg.norm(a, axis=0)
@@ -115,13 +120,19 @@ def _measured(processed, position, torque):
     return Law(float(stiffness), float(damping), float(np.clip(second / damping, *DELAY_S)), float(told / power))
 
 
-def _filtered(band, x, step_s):
-    """What a filter leaves of a signal, and the first two derivatives of that."""
-    x = signal.sosfiltfilt(band, x - np.mean(x))
-    n = fft.next_fast_len(2 * len(x), real=True)
-    omega, spectrum = 2j * np.pi * fft.rfftfreq(n, step_s), fft.rfft(x, n)
-    edge = round(EDGE_S / step_s)
-    return np.array([x, *(fft.irfft(spectrum * omega**k, n)[: len(x)] for k in (1, 2))])[:, edge:-edge]
+def _filtered(x, step_s, band_Hz, derivatives):
+    """What is left of a signal in a band, and so many derivatives of that. It goes on beyond its ends turned about them, less the line
+    between these, so that nothing jumps there."""
+    line = np.linspace(x[0], x[-1], len(x))
+    rest = x - line
+    hz = np.fft.rfftfreq(2 * len(x) - 2, step_s)
+    passed = np.clip((hz - band_Hz[0]) / SLOPE_HZ + 1.0, 0.0, 1.0) * np.clip((band_Hz[1] - hz) / SLOPE_HZ + 1.0, 0.0, 1.0)
+    spectrum = passed * np.fft.rfft(np.concatenate([rest, -rest[-2:0:-1]]))
+    out = np.array([np.fft.irfft(spectrum * (2j * np.pi * hz) ** k, 2 * len(x) - 2)[: len(x)] for k in range(derivatives + 1)])
+    if band_Hz[0] <= 0:
+        out[0] += line
+        out[1] += (x[-1] - x[0]) / (step_s * (len(x) - 1))
+    return out
 
 
 def _pieces(processed):

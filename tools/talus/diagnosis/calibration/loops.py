@@ -81,7 +81,8 @@ class Loops:
         processed = self.dataset.processed_recordings[record]
         position, period_s = processed.columns[self._column(joint)], self.dataset.periods_s[record]
         order = feedback.order(processed, law, position, self.efforts[record][joint], TICK_S, period_s)
-        return Loop(law, order, self.sensors[record].step[self._column(joint)])
+        # an encoder's step is seen best where a recording has most of its values: in a short one it may seem some times as large
+        return Loop(law, order, min(sensors.step[self._column(joint)] for sensors in self.sensors))
 
 
 def _inner(processed):
