@@ -16,6 +16,7 @@ from talus.diagnosis import nearest, verdict
 from talus.diagnosis.calibration import gains, lowpass, stability, thresholds
 from talus.diagnosis.calibration.gains import Calibration
 from talus.diagnosis.calibration.replicates import Source, driven
+from talus.diagnosis.motion import plant_of
 from talus.diagnosis.search import plain_base
 from talus.diagnosis.torque_terms import TorqueTerms
 
@@ -176,7 +177,7 @@ def test_a_replicate_moves_as_the_equations_say(tmp_path):
     dataset, identified = recorded(model, tmp_path, path)
     base = np.array(list(identified.base.values()))
     terms = TorqueTerms(dataset, 0, base)
-    motion, processed, m = driven(dataset, 0, terms), dataset.processed_recordings[0], terms.model
+    motion, processed, m = driven(dataset, 0, plant_of(terms)), dataset.processed_recordings[0], terms.model
     t, w = processed.t_s, 2 * np.pi * LOOP_HZ
     inertia, p = m.inverse(0.0, 0.0, 1.0)[0] - m.inverse(0.0, 0.0, 0.0)[0], m.parameters
     effort = dataset.effort(0, 0)

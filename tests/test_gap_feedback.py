@@ -16,6 +16,7 @@ import talus
 from talus.diagnosis.calibration import feedback
 from talus.diagnosis.calibration.loops import TICK_S, Loop
 from talus.diagnosis.calibration.replicates import Source, driven
+from talus.diagnosis.motion import plant_of
 from talus.diagnosis.search import plain_base
 from talus.diagnosis.torque_terms import TorqueTerms
 
@@ -132,7 +133,7 @@ def test_a_drives_loop_is_the_one_of_its_equations(tmp_path):
     first = feedback.first_tick_s(processed.t_s, TICK_S)
     ticks = np.arange(0.0, processed.t_s[-1] - processed.t_s[0] + 2 * TICK_S, TICK_S) + processed.t_s[0] + first
     order = 150.0 * np.interp(ticks, processed.t_s, processed.q[0]) + 3.0 * np.interp(ticks, processed.t_s, processed.v[0])
-    motion = driven(dataset, 0, terms, (), {0: Loop(law, [order], step, offset)})
+    motion = driven(dataset, 0, plant_of(terms), (), {0: Loop(law, [order], step, offset)})
     t, inertia = processed.t_s - processed.t_s[0], m.inverse(0.0, 0.0, 1.0)[0] - m.inverse(0.0, 0.0, 0.0)[0]
 
     def grid(q):
@@ -169,10 +170,10 @@ def test_a_drive_that_ticks_first_after_its_first_sample_is_refused(tmp_path, mo
     dataset, identified = recorded(PENDULUM, tmp_path, bench(tmp_path, "--duration", "12"))
     terms = TorqueTerms(dataset, 0, np.array(list(identified.base.values())))
     loops = {0: Loop(feedback.Law(150.0, 3.0, 0.002, 1.0), [np.zeros(12001)], 0.001)}
-    assert driven(dataset, 0, terms, (), loops)
+    assert driven(dataset, 0, plant_of(terms), (), loops)
     for first_s in (1e-6, -TICK_S):
         monkeypatch.setattr(feedback, "first_tick_s", lambda *_: first_s)  # noqa: B023
-        assert driven(dataset, 0, terms, (), loops) is None
+        assert driven(dataset, 0, plant_of(terms), (), loops) is None
 
 
 # ---- replicates ------------------------------------------------------------------------

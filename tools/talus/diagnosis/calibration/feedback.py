@@ -19,6 +19,7 @@ SLOPE_HZ = 1.0  # over which a filter goes from nothing to all: below the band t
 FOLDED = 0.4  # of the rate: beyond it nothing of the band is left
 SHORTEST_S, EDGE_S = 5.0, 1.0  # of a piece, and what the filter's beginning and end spoil of it
 EXPLAINED, LEAST = 0.85, 0.25  # of the torque's power in the band, white noise aside and with it: else the drive does something else
+CHUNK = 20000  # values at once
 SMOOTH_HZ = 15.0
 DELAY_S = 3e-4, 0.006  # of a speed that a position loop can do with
 
@@ -86,6 +87,8 @@ def _repeating(t, values, slopes, period_s):
 
 def _between(t, values, slopes, at):
     """Cubic Hermite interpolation on an even grid."""
+    if len(at) > CHUNK:
+        return np.concatenate([_between(t, values, slopes, at[k:k + CHUNK]) for k in range(0, len(at), CHUNK)])
     step = t[1] - t[0]
     row = np.clip(((at - t[0]) / step).astype(int), 0, len(t) - 2)
     u = (at - t[row]) / step
@@ -106,15 +109,19 @@ def _measured(processed, position, torque):
     if not pieces:
         return None
     white = roughness(torque[processed.inside]) ** 2 * 2.0 * (BAND_HZ[1] - BAND_HZ[0]) / rate_Hz
-    edge = round(EDGE_S * rate_Hz)
-    s, t = (np.hstack([_filtered(x[piece], processed.step_s, BAND_HZ, 2)[:, edge:-edge] for piece in pieces])
-            for x in (processed.resample(position), processed.resample(torque)))  # fmt: skip
-    a, y = np.array([-s[0], -s[1], s[2]]).T, t[0]
-    scale = np.linalg.norm(a, axis=0)
+    edge, position, torque = round(EDGE_S * rate_Hz), processed.resample(position), processed.resample(torque)
+    products, power, n = np.zeros((4, 4)), 0.0, 0
+    for piece in pieces:  # one at a time: large arrays that come and go scatter the memory of all else
+        s, y = (_filtered(x[piece], processed.step_s, BAND_HZ, k)[:, edge:-edge] for x, k in ((position, 2), (torque, 0)))
+        rows = np.array([-s[0], -s[1], s[2], y[0]])
+        products += rows @ rows.T
+        n += rows.shape[1]
+    normal, target, power = products[:3, :3], products[:3, 3], products[3, 3] / n
+    scale = np.sqrt(np.diag(normal))
     if not np.all(scale > 0):
         return None
-    stiffness, damping, second = found = np.linalg.lstsq(a / scale, y, rcond=None)[0] / scale
-    power, told = np.mean(y**2), np.mean(y**2) - np.mean((y - a @ found) ** 2)
+    stiffness, damping, second = np.linalg.lstsq(normal / np.outer(scale, scale), target / scale, rcond=None)[0] / scale
+    told = np.array([stiffness, damping, second]) @ target / n
     if not (stiffness > 0 and damping > 0 and told > EXPLAINED * (power - white) and told > LEAST * power):
         return None
     return Law(float(stiffness), float(damping), float(np.clip(second / damping, *DELAY_S)), float(told / power))

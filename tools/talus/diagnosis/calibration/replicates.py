@@ -107,9 +107,9 @@ class Driven:
     joint: np.ndarray
 
 
-def driven(dataset, record, terms, effects=(), loops=None):
+def driven(dataset, record, model, effects=(), loops=None):
     """Driven, joints that have one of the `loops` {joint: Loop} by that; None where the model cannot be simulated."""
-    processed, model, loops = dataset.processed_recordings[record], plant_of(terms), loops or {}
+    processed, loops = dataset.processed_recordings[record], loops or {}
     torque = np.array([dataset.effort(record, j) for j in range(dataset.joints)])
     out = Driven(processed.q.copy(), processed.v.copy(), torque.copy(), processed.q.copy())
     every = ffi.new("tl_effect[]", max(len(effects), 1))
@@ -186,9 +186,9 @@ class Source:
     """What replicates of a dataset are made of: the model's own motion on each recording, under the recorded torque or the drives' own
     `loops`, and its sensors."""
 
-    def __init__(self, dataset, all_terms, effects):
-        self.dataset, self.all_terms, self.effects = dataset, all_terms, effects
-        self.sensors = [Sensors(dataset, record) for record in range(len(all_terms))]
+    def __init__(self, dataset, plants, effects):
+        self.dataset, self.plants, self.effects = dataset, plants, effects
+        self.sensors = [Sensors(dataset, record) for record in range(len(plants))]
         self.loops = Loops(dataset, self.sensors)
         self.motions = self._by_loops() if self.loops else self._driven(self.loops.of)
 
@@ -199,14 +199,19 @@ class Source:
         if not replicable(dataset) or not all(is_known(c.effect) for c in chosen):
             return None
         effects = [effect_of(dataset, part, own) for c, all_own in zip(chosen, every) for part, own in c.pieces(all_own)]
-        all_terms = [TorqueTerms(dataset, record, base) for record in range(len(dataset.processed_recordings))]
-        if not all(acts_in_time(effect, terms.model) for effect in effects for terms in all_terms):
-            return None
-        made = cls(dataset, all_terms, effects)
+        plants = []
+        for record in range(len(dataset.processed_recordings)):
+            terms = TorqueTerms(dataset, record, base)  # large: one at a time
+            if not all(acts_in_time(effect, terms.model) for effect in effects):
+                return None
+            plants.append(plant_of(terms))
+        del terms
+        gc.collect()  # they hold themselves in circles
+        made = cls(dataset, plants, effects)
         return made if made.motions is not None else None
 
     def _driven(self, loops):
-        motions = [driven(self.dataset, record, terms, self.effects, loops[record]) for record, terms in enumerate(self.all_terms)]
+        motions = [driven(self.dataset, record, plant, self.effects, loops[record]) for record, plant in enumerate(self.plants)]
         return None if any(motion is None for motion in motions) else motions
 
     def _by_loops(self):
