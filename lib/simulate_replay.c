@@ -13,8 +13,9 @@ typedef struct drive_between {
   size_t row;
   double gain[TL_MAX_JOINTS]; /* d torque / d acceleration at the row */
   double position[TL_MAX_JOINTS], velocity[TL_MAX_JOINTS]; /* that a drive's loop has seen */
-  double held[TL_MAX_JOINTS];                              /* its torque since its last tick */
-  size_t ticks;                                            /* so many of them */
+  double share[TL_MAX_JOINTS]; /* of each change, that the low-pass on its speed lets through at a tick */
+  double held[TL_MAX_JOINTS];  /* its torque since its last tick */
+  size_t ticks;                /* so many of them */
 } drive_between;
 
 /* straight between two rows */
@@ -56,10 +57,8 @@ static void gains(const tl_model *m, const tl_motion *at, int joints, double gai
 /* where a drive's encoder shows a joint */
 static double seen_at(const tl_replay *r, int joint, double q) {
   const tl_replay_loop *loop = &r->loop[joint];
-  double position = tl_drive_position(r->model, joint, q);
 
-  if (!(loop->step > 0.0)) return position;
-  return floor((position - loop->offset) / loop->step + 0.5) * loop->step + loop->offset;
+  return tl_loop_grid(tl_drive_position(r->model, joint, q) - loop->offset, loop->step) + loop->offset;
 }
 
 /* one tick of the drives' loops, where the plant stands */
@@ -68,13 +67,11 @@ static void tick(const tl_replay *r, const tl_simulation *s, drive_between *d, i
 
   for (j = 0; j < joints; j++) {
     const tl_replay_loop *loop = &r->loop[j];
-    double seen;
+    double seen, velocity;
     if (!loop->order) continue;
     seen = seen_at(r, j, s->motion.q[j]);
-    d->velocity[j] += (1.0 - tl_exp(-TWO_PI * loop->velocity_hz * r->longest_step_s)) *
-                      ((seen - d->position[j]) / r->longest_step_s - d->velocity[j]);
-    d->position[j] = seen;
-    d->held[j] = loop->order[d->ticks] - loop->stiffness * seen - loop->damping * d->velocity[j];
+    velocity = tl_loop_speed(seen, 1.0 / r->longest_step_s, d->share[j], &d->position[j], &d->velocity[j]);
+    d->held[j] = loop->order[d->ticks] - loop->stiffness * seen - loop->damping * velocity;
   }
   d->ticks++;
 }
@@ -126,6 +123,7 @@ static tl_status begin(const tl_replay *r, tl_simulation *s, drive_between *d, i
   for (j = 0; j < joints && status == TL_OK; j++) {
     d->position[j] = seen_at(r, j, q[j]);
     d->velocity[j] = v[j] * tl_drive_ratio(r->model, j, q[j]);
+    d->share[j] = 1.0 - tl_exp(-TWO_PI * r->loop[j].velocity_hz * r->longest_step_s);
   }
   if (status == TL_OK && r->ticks > 0) tick(r, s, d, joints);
   return status;
@@ -133,7 +131,7 @@ static tl_status begin(const tl_replay *r, tl_simulation *s, drive_between *d, i
 
 tl_status tl_simulate_replay(const tl_replay *r) {
   tl_simulation s;
-  drive_between d = {r, 0, {0.0, 0.0}, {0.0, 0.0}, {0.0, 0.0}, {0.0, 0.0}, 0};
+  drive_between d = {.replay = r};
   tl_status status;
   size_t row;
   int joints;

@@ -20,10 +20,6 @@
 
 /* ---- drives ------------------------------------------------------------------ */
 
-static double rounded(double x, double step) {
-  return step > 0.0 ? floor(x / step + 0.5) * step : x;
-}
-
 /* the plant that moves: the model, unless effects change its linkage */
 static const tl_model *plant_of(const tl_twin *b) {
   return b->settings.effects ? &b->truth : b->model;
@@ -62,12 +58,11 @@ static void control(tl_twin *b, double t) {
 
   reference_at(b, t, &reference);
   for (j = 0; j < tl_joint_count(b->model); j++) {
-    double seen = rounded(drive_reading(b, j), s->drive_step_rad[j]);
+    double seen = tl_loop_grid(drive_reading(b, j), s->drive_step_rad[j]);
     double target = tl_drive_position(b->model, j, reference.q[j]);
     double target_velocity = tl_drive_ratio(b->model, j, reference.q[j]) * reference.v[j], current;
-    b->velocity[j] += share * ((seen - b->position[j]) * s->control_hz - b->velocity[j]);
-    b->position[j] = seen;
-    current = s->stiffness[j] * (target - seen) + s->damping[j] * (target_velocity - b->velocity[j]);
+    double velocity = tl_loop_speed(seen, s->control_hz, share, &b->position[j], &b->velocity[j]);
+    current = s->stiffness[j] * (target - seen) + s->damping[j] * (target_velocity - velocity);
     if (current > s->current_limit_A[j]) current = s->current_limit_A[j];
     if (current < -s->current_limit_A[j]) current = -s->current_limit_A[j];
     b->current_A[j] = current;
@@ -99,8 +94,8 @@ static void record_joint(const tl_twin *b, const tl_motion *joints, int j, doubl
   tl_motion reference;
 
   angle += tl_simulation_base_angle(&b->simulation);
-  put(row, has->position[j], rounded(drive_reading(b, j), s->drive_step_rad[j]));
-  put(row, has->encoder[j], rounded(reading(&b->change[j].joint_encoder, joints->q[j]), s->ankle_step_rad));
+  put(row, has->position[j], tl_loop_grid(drive_reading(b, j), s->drive_step_rad[j]));
+  put(row, has->encoder[j], tl_loop_grid(reading(&b->change[j].joint_encoder, joints->q[j]), s->ankle_step_rad));
   put(row, has->camera[j], angle);
   put(row, has->current[j], current);
   put(row, has->torque[j], current * tl_torque_per_current(b->model, j, b->simulation.motion.q[j]));
@@ -319,7 +314,7 @@ tl_status tl_twin_init(tl_twin *b, const tl_model *m, const tl_excitation *e, co
   made.simulation.effects = s->effects;
   made.simulation.effects_begin_s = s->settle_s;
   for (j = 0; j < tl_joint_count(m); j++)
-    made.position[j] = rounded(drive_reading(&made, j), s->drive_step_rad[j]);
+    made.position[j] = tl_loop_grid(drive_reading(&made, j), s->drive_step_rad[j]);
   *b = made;
   return TL_OK;
 }

@@ -122,6 +122,14 @@ typedef struct tl_windows {
 /* Fills w->deviation. Errors of tl_simulation_init and tl_simulate. */
 TL_CHECK tl_status tl_simulate_windows(const tl_windows *w);
 
+/* What a drive's position loop sees of its encoder: x on a grid of some step, 0: exact. */
+double tl_loop_grid(double x, double step);
+
+/* One tick of such a loop: the speed of what it has seen, in units of that per second. *position is what it saw a tick
+ * before, *speed the speed it had then; both are left for the next tick. share, 0 to 1: how much of each change a
+ * first-order low-pass of f Hz lets through in a tick, 1 - exp(-2 pi f / tick_hz). */
+double tl_loop_speed(double seen, double tick_hz, double share, double *position, double *speed);
+
 /* The position loop of a joint's drive, which ticks every longest_step_s: its torque is what it orders, less stiffness
  * times the position that its encoder shows, less damping times the low-passed speed of that. */
 typedef struct tl_replay_loop {
@@ -132,8 +140,9 @@ typedef struct tl_replay_loop {
 } tl_replay_loop;
 
 /* A recorded motion driven once more: the plant under the recorded torque, and a weak loop that keeps it near the
- * recorded motion; or under its drive's own loop, which turns the encoder's steps into torque. What comes out is a motion that obeys the model to the last bit, and is as rough as the recorded one:
- * recorded anew by the same sensors it shows what these and the reconstruction leave where nothing is hidden. */
+ * recorded motion; or under its drive's own loop, which turns the encoder's steps into torque. What comes out is a motion
+ * that obeys the model to the last bit, and is as rough as the recorded one: recorded anew by the same sensors it shows
+ * what these and the reconstruction leave where nothing is hidden. */
 typedef struct tl_replay {
   const tl_model *model;
   const tl_effect *effect; /* as in tl_simulation. Nullable when effects is 0. */

@@ -29,10 +29,19 @@ def robust_deviation(x):
     return 1.4826 * np.median(np.abs(x - np.median(x)))
 
 
+def rough_part(raw):
+    """What samples have that is not smooth over four of them, as large as white noise on one: third differences multiply that by sqrt(20)."""
+    return np.diff(raw, 3) / np.sqrt(20.0)
+
+
 def above_motion(raw):
-    """Standard deviation of white noise on samples: third differences remove any motion that is smooth over four
-    samples, and multiply white noise by sqrt(20)."""
-    return robust_deviation(np.diff(raw, 3)) / np.sqrt(20.0)
+    """Standard deviation of white noise on samples, whatever single jumps the motion makes."""
+    return robust_deviation(rough_part(raw))
+
+
+def roughness(raw):
+    """The same with the jumps; 0 of fewer than four samples."""
+    return float(np.sqrt(np.mean(rough_part(raw) ** 2))) if len(raw) > 3 else 0.0
 
 
 def block_length_s(time_s, joints):

@@ -14,13 +14,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from .. import noise
+
 BAND_HZ = (5.0, 15.0)  # beyond a bench's motion, below what a loop leaves out or a slow recording folds
 SLOPE_HZ = 1.0  # over which a filter goes from nothing to all: below the band the motion is a thousand times as large
 FOLDED = 0.4  # of the rate: beyond it nothing of the band is left
 SHORTEST_S, EDGE_S = 5.0, 1.0  # of a piece, and what the filter's beginning and end spoil of it
 EXPLAINED, LEAST = 0.85, 0.25  # of the torque's power in the band, white noise aside and with it: else the drive does something else
 CHUNK = 20000  # values at once
-SMOOTH_HZ = 15.0
+SMOOTH_HZ = BAND_HZ[1]  # of the order: as far as the law is known
 DELAY_S = 3e-4, 0.006  # of a speed that a position loop can do with
 
 
@@ -97,18 +99,13 @@ def _between(t, values, slopes, at):
     return values[row] + u * rise + u * (1 - u) * (bend * (1 - u) - twist * u)
 
 
-def roughness(values):
-    """Standard deviation of white noise that has the third differences of a signal; 0 of fewer than four values."""
-    return float(np.sqrt(np.mean(np.diff(values, 3) ** 2) / 20.0)) if len(values) > 3 else 0.0
-
-
 def _measured(processed, position, torque):
     """A Law by least squares in the band, where it can be that of a loop that answers this encoder."""
     rate_Hz = 1.0 / processed.step_s
     pieces = [piece for piece in _pieces(processed) if piece.stop - piece.start > SHORTEST_S * rate_Hz]
     if not pieces:
         return None
-    white = roughness(torque[processed.inside]) ** 2 * 2.0 * (BAND_HZ[1] - BAND_HZ[0]) / rate_Hz
+    white = noise.roughness(torque[processed.inside]) ** 2 * 2.0 * (BAND_HZ[1] - BAND_HZ[0]) / rate_Hz
     edge, position, torque = round(EDGE_S * rate_Hz), processed.resample(position), processed.resample(torque)
     products, power, n = np.zeros((4, 4)), 0.0, 0
     for piece in pieces:  # one at a time: large arrays that come and go scatter the memory of all else

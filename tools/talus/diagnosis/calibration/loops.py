@@ -5,10 +5,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from . import feedback
+from .. import noise
 
 TICK_S = 0.001  # of a drive
-CORRECTIONS = 4
-LEAST = 0.3  # of the recorded torque's roughness
+CORRECTIONS, CLOSE = 4, 0.05  # of the lag, at most, and how near the recorded torque's roughness ends them
+LEAST = 0.3  # of the recorded torque's roughness: a loop that makes less says little about the encoder's steps
 LOUDEST = 1.5  # as rough as the recorded torque: a loop that makes a rougher one is not that of this encoder
 
 
@@ -45,24 +46,29 @@ class Loops:
         return [{j: replace(loop, offset=loop.step * random.random()) for j, loop in loops.items()} for loops in self.of]
 
     def correct(self, motions):
-        """The lag of a drive's speed is what a recording shows worst: where its loop makes much of the torque's roughness, or more than
-        there is, it is the one that makes all of it."""
+        """Is there a loop that another lag brings nearer? The lag of a drive's speed is what a recording shows worst: where its loop makes
+        much of the torque's roughness, or more than there is, it is the one that makes all of it."""
+        changed = False
         for j, loop in dict(self.of[0]).items():
-            times = max(self._roughness(motions, record, j) for record in self.records)
-            if times > LEAST:
-                delay_s = TICK_S + times * loop.law.lag_s(TICK_S)
-                law = replace(loop.law, delay_s=min(delay_s, feedback.DELAY_S[1]))
+            times = self._roughest(motions, j)
+            delay_s = min(TICK_S + times * loop.law.lag_s(TICK_S), feedback.DELAY_S[1])
+            if times > LEAST and abs(times - 1.0) > CLOSE and delay_s != loop.law.delay_s:
+                changed, law = True, replace(loop.law, delay_s=delay_s)
                 for record in self.records:
                     self.of[record][j] = self._loop(record, j, law)
+        return changed
 
     def of_little_use(self, motions):
         """Joints whose loop makes a rougher torque than recorded, or a much smoother one: then the encoder's steps are not what makes it
         rough, and the recorded torque itself is the better one."""
-        every = {j: [self._roughness(motions, record, j) for record in self.records] for j in self.of[0]}
-        return [j for j, times in every.items() if not LEAST < max(times) < LOUDEST]
+        return [j for j in self.of[0] if not LEAST < self._roughest(motions, j) < LOUDEST]
+
+    def _roughest(self, motions, joint):
+        """The torque that a joint's loop makes over the recorded one, in the recording where that is most."""
+        return max(self._roughness(motions, record, joint) for record in self.records)
 
     def _roughness(self, motions, record, joint):
-        made, recorded = (feedback.roughness(x[joint][self.rows[record]]) for x in (motions[record].torque, self.efforts[record]))
+        made, recorded = (noise.roughness(x[joint][self.rows[record]]) for x in (motions[record].torque, self.efforts[record]))
         return made / recorded if recorded > 0 else np.inf if made > 0 else 0.0
 
     def _column(self, joint):

@@ -1,9 +1,10 @@
 """Null replicates: what these very recordings would show if the identified model were the whole truth.
 
 The model is driven once more by the recorded torque and a weak loop onto the recorded motion, and recorded anew by the
-same sensors: their resolution, noise and instants. Where the recordings show how the drive answers its own encoder, the model is
-driven by that loop instead, through that encoder: what its steps do to the torque, and to the motion, is in a replicate as well. What the search then finds is what reconstruction and noise alone
-leave (parametric bootstrap, Davison and Hinkley, Bootstrap Methods and their Application, ch. 4).
+same sensors: their resolution, noise and instants. Where the recordings show how the drive answers its own encoder, the
+model is driven by that loop instead, through that encoder: what its steps do to the torque, and to the motion, is in a
+replicate as well. What the search then finds is what reconstruction and noise alone leave (parametric bootstrap,
+Davison and Hinkley, Bootstrap Methods and their Application, ch. 4).
 """
 
 import gc
@@ -77,9 +78,9 @@ class Sensors:
 
     def _local(self, raw):
         """Standard deviation of a torque's white noise about every sample."""
-        third = np.pad(np.diff(raw, 3) ** 2, (1, 2), mode="edge") / 20.0
+        power = np.pad(noise.rough_part(raw) ** 2, (1, 2), mode="edge")
         n = max(8, int(NOISE_WINDOW_S / self.processed.step_s))
-        return np.sqrt(np.convolve(np.pad(third, (n // 2, n - 1 - n // 2), mode="edge"), np.ones(n) / n, "valid"))
+        return np.sqrt(np.convolve(np.pad(power, (n // 2, n - 1 - n // 2), mode="edge"), np.ones(n) / n, "valid"))
 
     def without(self, joint, torque, rows):
         """A torque's noise is what it has beside the roughness that the drive's loop makes, both in these rows."""
@@ -217,11 +218,10 @@ class Source:
     def _by_loops(self):
         """Motions under loops that make the recorded torque's roughness; without those that do not."""
         motions = self._driven(self.loops.of)
-        for _ in range(CORRECTIONS if motions else 0):
-            self.loops.correct(motions)
-            motions = self._driven(self.loops.of)
-            if not motions:
+        for _ in range(CORRECTIONS):
+            if not motions or not self.loops.correct(motions):
                 break
+            motions = self._driven(self.loops.of)
         useless = self.loops.of_little_use(motions) if motions else range(self.dataset.joints)
         if useless:
             self.loops.drop(useless)
