@@ -11,7 +11,7 @@
 typedef struct drive_between {
   const tl_replay *replay;
   size_t row;
-  double gain[TL_MAX_JOINTS]; /* d torque / d acceleration at the row */
+  double gain[TL_MAX_JOINTS];                              /* d torque / d acceleration at the row */
   double position[TL_MAX_JOINTS], velocity[TL_MAX_JOINTS]; /* that a drive's loop has seen */
   double share[TL_MAX_JOINTS]; /* of each change, that the low-pass on its speed lets through at a tick */
   double held[TL_MAX_JOINTS];  /* its torque since its last tick */

@@ -95,7 +95,8 @@ static void record_joint(const tl_twin *b, const tl_motion *joints, int j, doubl
 
   angle += tl_simulation_base_angle(&b->simulation);
   put(row, has->position[j], tl_loop_grid(drive_reading(b, j), s->drive_step_rad[j]));
-  put(row, has->encoder[j], tl_loop_grid(reading(&b->change[j].joint_encoder, joints->q[j]), s->ankle_step_rad));
+  put(row, has->encoder[j],
+      tl_loop_grid(reading(&b->change[j].joint_encoder, joints->q[j]), s->ankle_step_rad));
   put(row, has->camera[j], angle);
   put(row, has->current[j], current);
   put(row, has->torque[j], current * tl_torque_per_current(b->model, j, b->simulation.motion.q[j]));

@@ -256,6 +256,15 @@ def test_a_bench_whose_drive_turns_its_encoders_steps_into_torque_hides_nothing(
     assert verdict["effect"] == "none" and verdict["probability"] > least
 
 
+@pytest.mark.parametrize("seed", ["1", "2"])
+def test_a_law_that_folded_steps_nearly_hide_is_believed_and_its_lag_found(seed, tmp_path):
+    """At 125 Hz and 14 bits two thirds of the torque's power in the band are steps that the recording folds: position friction (0.45)."""
+    path, report = bench(tmp_path, "--rate", "125", "--encoder-bits", "14", "--seed", seed), tmp_path / "gap.json"
+    run("talus-gap", "--quiet", "--model", PENDULUM, "--report", report, path)
+    verdict = json.loads(report.read_text())["verdict"]
+    assert verdict["effect"] == "none" and verdict["probability"] > 0.9
+
+
 def test_replicates_gain_what_a_bench_that_hides_nothing_gains(tmp_path):
     """By each effect of some size, at exact angles: a slow recording's reversals give them all something."""
     found = diagnosed(tmp_path, "--excitation", "paper", "--duration", "20", "--rate", "100", "--encoder-bits", "0")

@@ -27,7 +27,8 @@ diagnosis.write("gap.json")
 diagnosis.plot().savefig("gap.png")
 """
 STRIBECK = "\neffects: [{effect: stribeck, joint: joint, parameters: {extra_Nm: 0.3, speed_rad_s: 0.2, exponent: 1}}]\n"
-CLEAN = {"PATH": "/usr/sbin:/usr/bin:/sbin:/bin", "HOME": "/", "LC_ALL": "C.UTF-8"}
+KERNELS = {name: value for name, value in os.environ.items() if name.startswith("OPENBLAS_")}  # another kernel, other last digits
+CLEAN = {"PATH": "/usr/sbin:/usr/bin:/sbin:/bin", "HOME": "/", "LC_ALL": "C.UTF-8", **KERNELS}
 
 
 @pytest.fixture(scope="module")

@@ -149,7 +149,7 @@ typedef struct tl_replay {
   int effects;
   double
       loop_hz; /* of the loop, critically damped: torque for position error is (2 pi loop_hz)^2 dtorque/da */
-  double longest_step_s; /* of the integration */
+  double longest_step_s;              /* of the integration */
   tl_replay_loop loop[TL_MAX_JOINTS]; /* in the weak loop's and the recorded torque's place */
   double first_tick_s;                /* after row 0: above -longest_step_s, not above 0 */
   size_t ticks;                       /* of each loop's order; after the last its torque is held */

@@ -20,7 +20,8 @@ BAND_HZ = (5.0, 15.0)  # beyond a bench's motion, below what a loop leaves out o
 SLOPE_HZ = 1.0  # over which a filter goes from nothing to all: below the band the motion is a thousand times as large
 FOLDED = 0.4  # of the rate: beyond it nothing of the band is left
 SHORTEST_S, EDGE_S = 5.0, 1.0  # of a piece, and what the filter's beginning and end spoil of it
-EXPLAINED, LEAST = 0.85, 0.25  # of the torque's power in the band, white noise aside and with it: else the drive does something else
+EXPLAINED, LEAST = 0.85, 0.25  # of the torque's power in the band, noise aside and with it: else the drive does something else
+FOLDED_NOISE = 1.5  # times what white noise of the torque's roughness has there: steps that a slow recording folds are not quite white
 CHUNK = 20000  # values at once
 SMOOTH_HZ = BAND_HZ[1]  # of the order: as far as the law is known
 DELAY_S = 3e-4, 0.006  # of a speed that a position loop can do with
@@ -105,7 +106,7 @@ def _measured(processed, position, torque):
     pieces = [piece for piece in _pieces(processed) if piece.stop - piece.start > SHORTEST_S * rate_Hz]
     if not pieces:
         return None
-    white = noise.roughness(torque[processed.inside]) ** 2 * 2.0 * (BAND_HZ[1] - BAND_HZ[0]) / rate_Hz
+    folded = FOLDED_NOISE * noise.roughness(torque[processed.inside]) ** 2 * 2.0 * (BAND_HZ[1] - BAND_HZ[0]) / rate_Hz
     edge, position, torque = round(EDGE_S * rate_Hz), processed.resample(position), processed.resample(torque)
     products, power, n = np.zeros((4, 4)), 0.0, 0
     for piece in pieces:  # one at a time: large arrays that come and go scatter the memory of all else
@@ -119,7 +120,7 @@ def _measured(processed, position, torque):
         return None
     stiffness, damping, second = np.linalg.lstsq(normal / np.outer(scale, scale), target / scale, rcond=None)[0] / scale
     told = np.array([stiffness, damping, second]) @ target / n
-    if not (stiffness > 0 and damping > 0 and told > EXPLAINED * (power - white) and told > LEAST * power):
+    if not (stiffness > 0 and damping > 0 and told > EXPLAINED * (power - folded) and told > LEAST * power):
         return None
     return Law(float(stiffness), float(damping), float(np.clip(second / damping, *DELAY_S)), float(told / power))
 

@@ -52,7 +52,8 @@ class Loops:
         for j, loop in dict(self.of[0]).items():
             times = self._roughest(motions, j)
             delay_s = min(TICK_S + times * loop.law.lag_s(TICK_S), feedback.DELAY_S[1])
-            if times > LEAST and abs(times - 1.0) > CLOSE and delay_s != loop.law.delay_s:
+            known = loop.law.delay_s < feedback.DELAY_S[1]  # else a shorter one may well be it
+            if (times > LEAST or not known) and abs(times - 1.0) > CLOSE and delay_s != loop.law.delay_s:
                 changed, law = True, replace(loop.law, delay_s=delay_s)
                 for record in self.records:
                     self.of[record][j] = self._loop(record, j, law)
