@@ -52,14 +52,18 @@ static double by_load(const twin_joint *j, const twin_state *s, int joint) {
   }
 }
 
-/* Losses in proportion to power; they differ with its direction. */
+/* Losses in proportion to power; they differ with its direction. An efficiency is the load over the motor's torque when driving,
+ * the motor's torque over the load when back-driven. */
 static double by_power(const twin_joint *j, const twin_state *s, int joint, double slip) {
-  double load = j->eff_form > 1.5 ? s->load_all[joint] : s->load[joint], driving = load * slip;
+  int of_motor = j->eff_form > 1.5;
+  double load = of_motor ? s->load_all[joint] : s->load[joint], driving = load * slip;
+  double lost_driving = of_motor ? 1.0 - j->eff_driving : 1.0 / j->eff_driving - 1.0;
+  double lost_back = of_motor ? 1.0 / j->eff_back - 1.0 : 1.0 - j->eff_back;
   double part =
       j->eff_smooth > 0.0 ? 0.5 * (1.0 + tanh(driving / j->eff_smooth)) : (driving > 0.0 ? 1.0 : 0.0);
 
   if (j->eff_form <= 0.0) return 0.0;
-  return fabs(load) * (part * (1.0 / j->eff_driving - 1.0) + (1.0 - part) * (1.0 - j->eff_back));
+  return fabs(load) * (part * lost_driving + (1.0 - part) * lost_back);
 }
 
 static double by_position(const twin_joint *j, double q) {

@@ -23,8 +23,9 @@ SHORTEST_S, EDGE_S = 5.0, 1.0  # of a piece, and what the filter's beginning and
 EXPLAINED, LEAST = 0.85, 0.25  # of the torque's power in the band, noise aside and with it: else the drive does something else
 FOLDED_NOISE = 1.5  # times what white noise of the torque's roughness has there: steps that a slow recording folds are not quite white
 CHUNK = 20000  # values at once
-SMOOTH_HZ = BAND_HZ[1]  # of the order: as far as the law is known
+SMOOTH_HZ, SMOOTH_SHARE = (BAND_HZ[1], 30.0), 0.2  # of the order: as far as the law is known, and of the rate
 DELAY_S = 3e-4, 0.006  # of a speed that a position loop can do with
+NO_LOOP_S = 0.02  # a delay, or a lead, that no noise makes of one of these
 
 
 @dataclass
@@ -58,9 +59,10 @@ def order(processed, law, position, torque, tick_s, period_s=None):
     part. Where the motion repeats it is the mean over its periods, and repeats as exactly: a drive's answer to its encoder's steps does, too."""
     position, torque, out = processed.resample(position), processed.resample(torque), []
     spring, damper = law.stiffness, law.damping
+    smooth_Hz = 0.0, float(np.clip(SMOOTH_SHARE / processed.step_s, *SMOOTH_HZ))
     for part, piece in zip(processed.parts, _pieces(processed)):
         t = part["begin_s"] + processed.step_s * np.arange(part["n"])
-        s, moment = (_filtered(x[piece], processed.step_s, (0.0, SMOOTH_HZ), 3) for x in (position, torque))
+        s, moment = (_filtered(x[piece], processed.step_s, smooth_Hz, 3) for x in (position, torque))
         values, slopes = (moment[k] + spring * s[k] + damper * (s[k + 1] - law.delay_s * s[k + 2]) for k in (0, 1))
         first, last = processed.t_s[part["begin"]], processed.t_s[part["end"] - 1]
         ticks = first + first_tick_s(processed.t_s[part["begin"]:part["end"]], tick_s) + tick_s * np.arange(int((last - first) / tick_s) + 2)
@@ -120,7 +122,9 @@ def _measured(processed, position, torque):
         return None
     stiffness, damping, second = np.linalg.lstsq(normal / np.outer(scale, scale), target / scale, rcond=None)[0] / scale
     told = np.array([stiffness, damping, second]) @ target / n
-    if not (stiffness > 0 and damping > 0 and told > EXPLAINED * (power - folded) and told > LEAST * power):
+    if not (stiffness > 0 and damping > 0 and abs(second) < NO_LOOP_S * damping):
+        return None
+    if not told > max(EXPLAINED * (power - folded), LEAST * power):
         return None
     return Law(float(stiffness), float(damping), float(np.clip(second / damping, *DELAY_S)), float(told / power))
 

@@ -9,7 +9,7 @@ from .. import noise
 
 TICK_S = 0.001  # of a drive
 CORRECTIONS, CLOSE = 4, 0.05  # of the lag, at most, and how near the recorded torque's roughness ends them
-LEAST = 0.3  # of the recorded torque's roughness: a loop that makes less says little about the encoder's steps
+LEAST = 0.3  # of the recorded torque's roughness: less says little about what the encoder's steps make
 LOUDEST = 1.5  # as rough as the recorded torque: a loop that makes a rougher one is not that of this encoder
 
 
@@ -24,14 +24,14 @@ class Loop:
 
 
 class Loops:
-    """Of all joints whose drive answers an encoder of which the steps are all the noise there is. `of[record]`: {joint: Loop}."""
+    """Of all joints whose drive answers its encoder. `of[record]`: {joint: Loop}."""
 
     def __init__(self, dataset, sensors):
         self.dataset, self.sensors = dataset, sensors
         self.records = range(len(sensors))
         self.rows = [_inner(processed) for processed in dataset.processed_recordings]
         self.efforts = [[dataset.effort(record, j) for j in range(dataset.joints)] for record in self.records]
-        laws = {j: law for j in range(dataset.joints) if self._steps_alone(j) and (law := self._law(j))}
+        laws = {j: law for j in range(dataset.joints) if (law := self._law(j))}
         self.of = [{j: self._loop(record, j, law) for j, law in laws.items()} for record in self.records]
 
     def __bool__(self):
@@ -45,13 +45,18 @@ class Loops:
         """The same, each encoder's grid anywhere."""
         return [{j: replace(loop, offset=loop.step * random.random()) for j, loop in loops.items()} for loops in self.of]
 
-    def correct(self, motions):
-        """Is there a loop that another lag brings nearer? The lag of a drive's speed is what a recording shows worst: where its loop makes
-        much of the torque's roughness, or more than there is, it is the one that makes all of it."""
+    def without_steps(self):
+        """The same through exact encoders."""
+        return [{j: replace(loop, step=0.0) for j, loop in loops.items()} for loops in self.of]
+
+    def correct(self, motions, exact):
+        """Is there a loop that another lag brings nearer? The lag of a drive's speed is what a recording shows worst: where the encoder's
+        steps, beside what the loop makes of an `exact` one, make much of the torque's roughness, or more than there is, it is the one
+        by which they make all of it."""
         changed = False
         for j, loop in dict(self.of[0]).items():
-            times = self._roughest(motions, j)
-            delay_s = min(TICK_S + times * loop.law.lag_s(TICK_S), feedback.DELAY_S[1])
+            times = max(self._by_steps(motions, exact, record, j) for record in self.records)
+            delay_s = float(min(TICK_S + times * loop.law.lag_s(TICK_S), feedback.DELAY_S[1]))
             known = loop.law.delay_s < feedback.DELAY_S[1]  # else a shorter one may well be it
             if (times > LEAST or not known) and abs(times - 1.0) > CLOSE and delay_s != loop.law.delay_s:
                 changed, law = True, replace(loop.law, delay_s=delay_s)
@@ -59,10 +64,15 @@ class Loops:
                     self.of[record][j] = self._loop(record, j, law)
         return changed
 
-    def of_little_use(self, motions):
-        """Joints whose loop makes a rougher torque than recorded, or a much smoother one: then the encoder's steps are not what makes it
-        rough, and the recorded torque itself is the better one."""
-        return [j for j in self.of[0] if not LEAST < self._roughest(motions, j) < LOUDEST]
+    def _by_steps(self, motions, exact, record, joint):
+        """Roughness that the encoder's steps make, over that of the recorded torque, both beside what an exact encoder makes."""
+        made, smooth = (self._roughness(x, record, joint) for x in (motions, exact))
+        steps, recorded = max(made**2 - smooth**2, 0.0), max(1.0 - smooth**2, 0.0)
+        return np.sqrt(steps / recorded) if recorded > 0 else 1.0
+
+    def too_loud(self, motions):
+        """Joints whose loop makes a rougher torque than recorded: their drives answer another encoder."""
+        return [j for j in self.of[0] if self._roughest(motions, j) > LOUDEST]
 
     def _roughest(self, motions, joint):
         """The torque that a joint's loop makes over the recorded one, in the recording where that is most."""
@@ -75,14 +85,11 @@ class Loops:
     def _column(self, joint):
         return self.dataset.model.sensor("position")[joint]
 
-    def _steps_alone(self, joint):
-        name = self._column(joint)
-        return all(name in one.columns and sensors.step[name] > 0 and sensors.noise[name] == 0
-                   for one, sensors in zip(self.dataset.processed_recordings, self.sensors))  # fmt: skip
-
     def _law(self, joint):
-        recordings = self.dataset.processed_recordings
-        return feedback.law_of(recordings, [one.columns[self._column(joint)] for one in recordings], [one[joint] for one in self.efforts])
+        recordings, name = self.dataset.processed_recordings, self._column(joint)
+        if not all(name in one.columns for one in recordings):
+            return None
+        return feedback.law_of(recordings, [one.columns[name] for one in recordings], [one[joint] for one in self.efforts])
 
     def _loop(self, record, joint, law):
         processed = self.dataset.processed_recordings[record]

@@ -216,15 +216,15 @@ class Source:
         return None if any(motion is None for motion in motions) else motions
 
     def _by_loops(self):
-        """Motions under loops that make the recorded torque's roughness; without those that do not."""
-        motions = self._driven(self.loops.of)
+        """Motions under loops that make the recorded torque's roughness; without those that make more."""
+        motions, exact = self._driven(self.loops.of), self._driven(self.loops.without_steps())
         for _ in range(CORRECTIONS):
-            if not motions or not self.loops.correct(motions):
+            if not motions or not exact or not self.loops.correct(motions, exact):
                 break
             motions = self._driven(self.loops.of)
-        useless = self.loops.of_little_use(motions) if motions else range(self.dataset.joints)
-        if useless:
-            self.loops.drop(useless)
+        wrong = self.loops.too_loud(motions) if motions else range(self.dataset.joints)
+        if wrong:
+            self.loops.drop(wrong)
             motions = self._driven(self.loops.of)
         for sensors, motion, loops, rows in zip(self.sensors, motions or (), self.loops.of, self.loops.rows):
             for j in loops:

@@ -14,7 +14,8 @@ BESIDE_A_SENSOR = 0.3  # prior of what a wrong constant, or the sensor's zero, i
 
 def usual(size, low, high):
     """Likelihood of an effect's size that usually lies between `low` and `high`."""
-    beyond = max(math.log(low / max(size, 1e-12)), math.log(max(size, 1e-12) / high), 0.0)
+    size = max(size, 1e-12)
+    beyond = max(math.log(low / size) if low > 0 else 0.0, math.log(size / high), 0.0)
     return math.exp(-0.5 * (beyond / UNUSUAL_WIDTH) ** 2)
 
 

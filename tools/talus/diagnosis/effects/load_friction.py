@@ -2,13 +2,14 @@
 
 import numpy as np
 
-from ..catalogue.candidate import Family
+from ..catalogue.candidate import Family, usual
 from ..catalogue.carried_load import carried_loads, of_other_shares
 from ..catalogue.law import law_at
 from ..catalogue.sizes import percent, torque
 from .entry import Effect
 
 LARGEST_SHARE = 0.45  # of the load, lost in a gear in use
+USUAL_SHARE = 0.25  # at the most
 LOAD_POWERS = (1.5, 2.0)
 OWN_COEFFICIENTS, OWN_WITHIN = (0.05, 0.07, 0.1, 0.14, 0.2, 0.28, 0.4), 1.2
 
@@ -26,8 +27,13 @@ def candidates(at):
 
 
 def _of_the_load(at, form, shapes):
-    return at.of_law("load_friction", form, [{"coefficient": 1.0}], shapes, low=(0.0,), high=(LARGEST_SHARE,),
+    return at.of_law("load_friction", form, [{"coefficient": 1.0}], shapes, low=(0.0,), high=(LARGEST_SHARE,), prior=_prior(at),
                      family=of_other_shares(at, shapes, lambda moved: _of_the_load(at, form, moved)))  # fmt: skip
+
+
+def _prior(at):
+    """Where inertia and gravity take up what losses differ by in the two directions, only the size tells which of them these are."""
+    return (lambda strengths: usual(strengths[0], 0.0, USUAL_SHARE)) if at.load_is_free else None
 
 
 def _usual_load(at, shares):
@@ -42,7 +48,7 @@ def _of_the_motors_torque(at, own):
     shapes = {"rotor_share": 1.0, "friction_share": 1.0, "own_coefficient": float(own)}
     make = lambda own: _of_the_motors_torque(at, own)
     return at.of_law("load_friction", f"the motor's, {own:g}", [{"coefficient": 1.0}], shapes, low=(own / OWN_WITHIN,),
-                     high=(own * OWN_WITHIN,), family=Family(make, (own,), (1.3,), (0.03,), (0.5,)))  # fmt: skip
+                     high=(own * OWN_WITHIN,), prior=_prior(at), family=Family(make, (own,), (1.3,), (0.03,), (0.5,)))  # fmt: skip
 
 
 def size(p):
