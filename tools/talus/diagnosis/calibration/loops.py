@@ -9,7 +9,7 @@ from .. import noise
 
 TICK_S = 0.001  # of a drive
 CORRECTIONS, CLOSE = 4, 0.05  # of the lag, at most, and how near the recorded torque's roughness ends them
-LEAST = 0.3  # of the recorded torque's roughness: less says little about what the encoder's steps make
+MOST = 0.7  # of the recorded torque's roughness: where no lag makes so much, the encoder's steps are not what makes it
 LOUDEST = 1.5  # as rough as the recorded torque: a loop that makes a rougher one is not that of this encoder
 
 
@@ -24,15 +24,16 @@ class Loop:
 
 
 class Loops:
-    """Of all joints whose drive answers its encoder. `of[record]`: {joint: Loop}."""
+    """Of all joints whose drive answers an encoder of which the steps are all the noise there is. `of[record]`: {joint: Loop}."""
 
     def __init__(self, dataset, sensors):
         self.dataset, self.sensors = dataset, sensors
         self.records = range(len(sensors))
         self.rows = [_inner(processed) for processed in dataset.processed_recordings]
         self.efforts = [[dataset.effort(record, j) for j in range(dataset.joints)] for record in self.records]
-        laws = {j: law for j in range(dataset.joints) if (law := self._law(j))}
-        self.of = [{j: self._loop(record, j, law) for j, law in laws.items()} for record in self.records]
+        laws = {j: law for j in range(dataset.joints) if self._steps_alone(j) and (law := self._law(j))}
+        self.measured = [{j: self._loop(record, j, law) for j, law in laws.items()} for record in self.records]
+        self.of = [dict(loops) for loops in self.measured]
 
     def __bool__(self):
         return any(self.of)
@@ -50,25 +51,34 @@ class Loops:
         return [{j: replace(loop, step=0.0) for j, loop in loops.items()} for loops in self.of]
 
     def correct(self, motions, exact):
-        """Is there a loop that another lag brings nearer? The lag of a drive's speed is what a recording shows worst: where the encoder's
-        steps, beside what the loop makes of an `exact` one, make much of the torque's roughness, or more than there is, it is the one
-        by which they make all of it."""
+        """Is there a loop that another lag brings nearer? The lag of a drive's speed is what a recording shows worst: it is the one by
+        which the encoder's steps make all of the torque's roughness, beside what the loop makes of an `exact` encoder."""
         changed = False
         for j, loop in dict(self.of[0]).items():
-            times = max(self._by_steps(motions, exact, record, j) for record in self.records)
+            times = self._by_steps(motions, exact, j)
             delay_s = float(min(TICK_S + times * loop.law.lag_s(TICK_S), feedback.DELAY_S[1]))
-            known = loop.law.delay_s < feedback.DELAY_S[1]  # else a shorter one may well be it
-            if (times > LEAST or not known) and abs(times - 1.0) > CLOSE and delay_s != loop.law.delay_s:
+            if abs(times - 1.0) > CLOSE and delay_s != loop.law.delay_s:
                 changed, law = True, replace(loop.law, delay_s=delay_s)
                 for record in self.records:
                     self.of[record][j] = self._loop(record, j, law)
         return changed
 
-    def _by_steps(self, motions, exact, record, joint):
-        """Roughness that the encoder's steps make, over that of the recorded torque, both beside what an exact encoder makes."""
-        made, smooth = (self._roughness(x, record, joint) for x in (motions, exact))
-        steps, recorded = max(made**2 - smooth**2, 0.0), max(1.0 - smooth**2, 0.0)
-        return np.sqrt(steps / recorded) if recorded > 0 else 1.0
+    def restore(self, motions, exact):
+        """Is there a loop whose lag was corrected in vain, or until it ran away? It has the measured one again."""
+        corrected = [j for j, loop in self.of[0].items() if loop is not self.measured[0][j]]
+        in_vain = [j for j in corrected if not motions or self._by_steps(motions, exact, j) < MOST]
+        for record in self.records:
+            self.of[record] |= {j: self.measured[record][j] for j in in_vain}
+        return bool(in_vain)
+
+    def _by_steps(self, motions, exact, joint):
+        """Roughness that the encoder's steps make, over that of the recorded torque, both beside what an exact encoder makes; in the
+        recording where that is most."""
+        return max(self._share(self._roughness(motions, record, joint), self._roughness(exact, record, joint)) for record in self.records)
+
+    @staticmethod
+    def _share(made, smooth):
+        return np.sqrt(max(made**2 - smooth**2, 0.0) / (1.0 - smooth**2)) if smooth < 1.0 else 1.0
 
     def too_loud(self, motions):
         """Joints whose loop makes a rougher torque than recorded: their drives answer another encoder."""
@@ -85,10 +95,13 @@ class Loops:
     def _column(self, joint):
         return self.dataset.model.sensor("position")[joint]
 
+    def _steps_alone(self, joint):
+        name = self._column(joint)
+        return all(name in one.columns and sensors.step[name] > 0 and sensors.noise[name] == 0
+                   for one, sensors in zip(self.dataset.processed_recordings, self.sensors))  # fmt: skip
+
     def _law(self, joint):
         recordings, name = self.dataset.processed_recordings, self._column(joint)
-        if not all(name in one.columns for one in recordings):
-            return None
         return feedback.law_of(recordings, [one.columns[name] for one in recordings], [one[joint] for one in self.efforts])
 
     def _loop(self, record, joint, law):

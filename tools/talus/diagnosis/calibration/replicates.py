@@ -216,12 +216,8 @@ class Source:
         return None if any(motion is None for motion in motions) else motions
 
     def _by_loops(self):
-        """Motions under loops that make the recorded torque's roughness; without those that make more."""
-        motions, exact = self._driven(self.loops.of), self._driven(self.loops.without_steps())
-        for _ in range(CORRECTIONS):
-            if not motions or not exact or not self.loops.correct(motions, exact):
-                break
-            motions = self._driven(self.loops.of)
+        """Motions under loops that make the recorded torque's roughness, or no more than that."""
+        motions = self._corrected()
         wrong = self.loops.too_loud(motions) if motions else range(self.dataset.joints)
         if wrong:
             self.loops.drop(wrong)
@@ -229,6 +225,17 @@ class Source:
         for sensors, motion, loops, rows in zip(self.sensors, motions or (), self.loops.of, self.loops.rows):
             for j in loops:
                 sensors.without(j, motion.torque[j], rows)
+        return motions
+
+    def _corrected(self):
+        """Motions under the loops, their lags corrected as far as the recordings tell these; None where one runs away."""
+        motions, exact = self._driven(self.loops.of), self._driven(self.loops.without_steps())
+        for _ in range(CORRECTIONS):
+            if not motions or not exact or not self.loops.correct(motions, exact):
+                break
+            motions = self._driven(self.loops.of)
+        if exact and self.loops.restore(motions, exact):
+            motions = self._driven(self.loops.of)
         return motions
 
     def replicate(self, seed, number):
