@@ -13,7 +13,7 @@ from support import REPOSITORY, run
 
 import talus
 
-LEG = REPOSITORY / "models/leg.yaml"
+LEG, PENDULUM = REPOSITORY / "models/leg.yaml", REPOSITORY / "models/pendulum.yaml"
 EFFECTS = {
     ("nonlinear_viscous", "knee"): {"size_Nm": 0.25, "exponent": 2.0},
     ("parallel_spring", "ankle"): {"stiffness_Nm_rad": 4.0, "stiffening_Nm_rad3": 0.0, "preload_Nm": 0.3},
@@ -226,11 +226,28 @@ def test_the_saved_model_predicts_what_the_report_says(tmp_path):
     ("load_friction", {"coefficient": 0.2, "friction_share": 1.0}),
     ("directional_efficiency", {"driving": 0.25, "back_driving": 0.1}),
     ("directional_efficiency", {"driving": 0.1, "back_driving": 0.25}),
+    ("directional_efficiency", {"driving": 0.15, "back_driving": 0.0}),
+    ("directional_efficiency", {"driving": 0.0, "back_driving": 0.15}),
 ])  # fmt: skip
 def test_the_scale_on_the_load_tells_an_efficiency_from_load_friction(tmp_path, effect, parameters):
     """Both have the same half difference between driving and driven back; the sum of the two is a scale."""
     report = diagnose(tmp_path, simulate(tmp_path, {(effect, "knee"): parameters}))
     assert (report["verdict"]["effect"], report["verdict"]["joint"]) == (effect, "knee")
+
+
+@pytest.mark.parametrize("effect, parameters, other", [
+    ("load_friction", {"coefficient": 0.1}, "directional_efficiency"),
+    ("directional_efficiency", {"driving": 0.5, "back_driving": 0.3}, "load_friction"),
+    ("directional_efficiency", {"driving": 0.3, "back_driving": 0.5}, "load_friction"),
+])  # fmt: skip
+def test_of_a_single_joint_only_the_size_tells_an_efficiency_from_load_friction(tmp_path, effect, parameters, other):
+    """Inertia and gravity take up the scale: of friction more than a quarter of the load is not usual."""
+    entry = {"effect": effect, "joint": "joint", "parameters": parameters}
+    (tmp_path / "truth.yaml").write_text(f"{PENDULUM.read_text()}\neffects: {json.dumps([entry])}\n")
+    run("talus-sim", "--model", tmp_path / "truth.yaml", "--out", tmp_path / "arm.csv", "--duration", 40)
+    report = diagnose(tmp_path, tmp_path / "arm.csv", model=PENDULUM)
+    assert report["verdict"]["effect"] == effect and report["verdict"]["probability"] < 0.9
+    assert [group["effects"] for group in report["confusable"]] == [[effect, other]]
 
 
 BEHIND_THE_GEAR = {
