@@ -243,17 +243,34 @@ def test_the_same_replicate_is_the_same_and_another_has_its_grid_elsewhere(tmp_p
 
 
 def diagnosed(folder, *options):
-    path, report = bench(folder, "--fit", "--seed", "5", *options), folder / "gap.json"
+    path, report = bench(folder, "--fit", *options), folder / "gap.json"
     run("talus-gap", "--quiet", "--model", PENDULUM, "--report", report, path)
     return json.loads(report.read_text())
 
 
-@pytest.mark.parametrize(("rate", "bits", "duration", "least"), [("250", "16", "60", 0.9), ("125", "14", "120", 0.4)])
-def test_a_bench_whose_drive_turns_its_encoders_steps_into_torque_hides_nothing(rate, bits, duration, least, tmp_path):
-    """Presliding, or viscous friction of another form, at 0.45 while replicates had noise that is independent of the angle's."""
-    options = ("--excitation", "multisine", "--duration", duration, "--rate", rate, "--encoder-bits", bits)
+@pytest.mark.parametrize(("rate", "bits", "duration", "seed"), [("250", "16", "60", "5"), ("125", "14", "120", "1"), ("125", "0", "300", "1")])
+def test_a_bench_whose_drive_turns_its_encoders_steps_into_torque_hides_nothing(rate, bits, duration, seed, tmp_path):
+    """Presliding, or viscous friction of another form, at 0.45 while replicates had noise that is independent of the angle's; presliding
+    at 1.00, of exact angles, while their loop's low-pass was quicker than it was measured."""
+    options = ("--excitation", "multisine", "--duration", duration, "--rate", rate, "--encoder-bits", bits, "--seed", seed)
     verdict = diagnosed(tmp_path, *options)["verdict"]
-    assert verdict["effect"] == "none" and verdict["probability"] > least
+    assert verdict["effect"] == "none" and verdict["probability"] > 0.9
+
+
+def test_a_loop_that_ticks_is_as_late_as_the_law_that_was_measured():
+    """A drive of 100 Hz at 1 kHz: half a tick for its difference, half for its held torque, and (1 - x) / x of the low-pass, by its sum."""
+    share = 1.0 - math.exp(-2 * math.pi * 100.0 * 0.001)
+    late = sum((1.0 - share) ** k * share * k for k in range(1, 200)) + 1.0
+    assert feedback.Law(1.0, 1.0, late * 0.001, 1.0).velocity_hz(0.001) == pytest.approx(100.0, rel=1e-9)
+
+
+def test_a_fine_encoders_step_is_found_where_no_sample_is_the_next_step(tmp_path):
+    """At 100 Hz 20 bits pass by some at a time; an exact encoder has none."""
+    options = ("--excitation", "multisine", "--fit", "--duration", "60", "--rate", "100", "--encoder-bits")
+    for bits, most in (("20", 2 * math.pi / 2**20), ("0", 1e-7)):
+        dataset, _ = recorded(PENDULUM, tmp_path, bench(tmp_path, *options, bits))
+        (sensors,) = Source.of(dataset, plain_base(dataset)).sensors
+        assert sensors.step["joint_rad"] <= 1.01 * most and sensors.noise["joint_rad"] == 0.0
 
 
 @pytest.mark.parametrize("seed", ["1", "2"])

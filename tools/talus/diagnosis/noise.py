@@ -191,3 +191,9 @@ def quantisation_step(values):
     change = np.abs(np.diff(values))
     change = change[change > 1e-9]
     return change.min() if len(change) else 0.0
+
+
+def finest_step(values):
+    """The same where the motion passes over most steps from one sample to the next: the smallest difference of any two values."""
+    gap = np.diff(np.unique(values))
+    return gap.min() if len(gap) else 0.0

@@ -38,8 +38,14 @@ class Law:
     explains: float
 
     def velocity_hz(self, tick_s):
-        """Of the low-pass on the speed of a loop that ticks: its difference and its held torque are late by half a tick each."""
-        return 1.0 / (2.0 * np.pi * self.lag_s(tick_s))
+        """Of the low-pass on the speed of a loop that ticks. Its difference and its held torque are late by half a tick each; a share x of
+        what is new at a tick by (1 - x) / x ticks."""
+        return float(np.log1p(tick_s / self.lag_s(tick_s)) / (2.0 * np.pi * tick_s))
+
+    @property
+    def is_sure(self):
+        """Has it a delay that a loop can do with, and tells it most of the torque, folded steps and all?"""
+        return self.delay_s not in DELAY_S and self.explains > EXPLAINED
 
     def lag_s(self, tick_s):
         return max(self.delay_s - tick_s, DELAY_S[0])

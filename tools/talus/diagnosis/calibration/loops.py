@@ -51,11 +51,14 @@ class Loops:
         return [{j: replace(loop, step=0.0) for j, loop in loops.items()} for loops in self.of]
 
     def correct(self, motions, exact):
-        """Is there a loop that another lag brings nearer? The lag of a drive's speed is what a recording shows worst: it is the one by
-        which the encoder's steps make all of the torque's roughness, beside what the loop makes of an `exact` encoder."""
+        """Is there a loop that another lag brings nearer? The lag of a drive's speed is what a recording shows worst. Where it is not
+        sure, or the encoder's steps make more than the torque's roughness, beside what the loop makes of an `exact` encoder, it is the
+        one by which they make all of it."""
         changed = False
         for j, loop in dict(self.of[0]).items():
             times = self._by_steps(motions, exact, j)
+            if loop.law is self.measured[0][j].law and times < 1.0 and loop.law.is_sure:
+                continue
             delay_s = float(min(TICK_S + times * loop.law.lag_s(TICK_S), feedback.DELAY_S[1]))
             if abs(times - 1.0) > CLOSE and delay_s != loop.law.delay_s:
                 changed, law = True, replace(loop.law, delay_s=delay_s)

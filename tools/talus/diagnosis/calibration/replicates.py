@@ -26,7 +26,7 @@ from ..torque_terms import TorqueTerms
 
 LOOP_HZ = 3.0  # as slow as keeps the plant near: a stiffer loop would replace the motion by the recorded one
 NOISE_WINDOW_S = 0.25  # over which noise is measured: chatter comes and goes with the motion
-ANGLES = ("ankle_joint_rad", "shank_rad", "foot_rad")
+ROUNDED = 1e-9
 
 
 class Sensors:
@@ -37,8 +37,7 @@ class Sensors:
         self.step, self.noise = {}, {}
         for j, name in enumerate(dataset.model.sensor("position")):
             if name in processed.columns:
-                sensing = processed.regression.struct.sensing[j]
-                self._angle(name, sensing.step, sensing.noise)
+                self._angle(name, *_resolved(processed.columns[name], processed.regression.struct.sensing[j]))
         for name in dataset.model.sensor("velocity"):
             if name in processed.columns:
                 values = processed.columns[name]
@@ -95,6 +94,12 @@ class Sensors:
             return values
         offset = step * random.random() if offset is None else offset
         return np.round((values - offset) / step) * step + offset
+
+
+def _resolved(values, sensing):
+    """(step, deviation) of an angle's sensor. Where the step is finer than any change, so is noise of which no more was seen."""
+    step, rounding = min(sensing.step, noise.finest_step(values)), sensing.step / np.sqrt(12)
+    return step, sensing.noise if sensing.noise > (1.0 + ROUNDED) * rounding else step / np.sqrt(12)
 
 
 @dataclass
