@@ -265,12 +265,40 @@ def test_a_loop_that_ticks_is_as_late_as_the_law_that_was_measured():
 
 
 def test_a_fine_encoders_step_is_found_where_no_sample_is_the_next_step(tmp_path):
-    """At 100 Hz 20 bits pass by some at a time; an exact encoder has none."""
-    options = ("--excitation", "multisine", "--fit", "--duration", "60", "--rate", "100", "--encoder-bits")
-    for bits, most in (("20", 2 * math.pi / 2**20), ("0", 1e-7)):
+    """At 100 Hz 20 bits pass by some at a time; an exact encoder has none to speak of."""
+    options, twenty = ("--excitation", "multisine", "--fit", "--duration", "60", "--rate", "100", "--encoder-bits"), 2 * math.pi / 2**20
+    for bits, low, high in (("20", 0.99 * twenty, 1.01 * twenty), ("0", 0.0, 0.1 * twenty)):
         dataset, _ = recorded(PENDULUM, tmp_path, bench(tmp_path, *options, bits))
         (sensors,) = Source.of(dataset, plain_base(dataset)).sensors
-        assert sensors.step["joint_rad"] <= 1.01 * most and sensors.noise["joint_rad"] == 0.0
+        assert low < sensors.step["joint_rad"] < high and sensors.noise["joint_rad"] == 0.0
+
+
+def test_a_step_bears_values_that_lie_between_two_in_the_place_of_lost_ones():
+    random = np.random.default_rng(12)
+    values = 1e-3 * random.integers(0, 40000, 6000)
+    values[10:14] += 1e-3 * random.random(4)
+    assert noise.finest_step(values) == pytest.approx(1e-3) and noise.finest_step(np.full(9, 0.3)) == 0.0
+
+
+def test_a_delay_that_no_loop_can_do_with_is_no_law():
+    recording = even(6000, 0.004)
+    s = 1e-3 * waves(recording.t_s, 0.2, 20.0, 13)
+    for delay_s, is_one in ((0.015, True), (0.025, False), (-0.015, True), (-0.025, False)):
+        law = feedback.law_of([recording], [s[0]], [-120.0 * s[0] - 3.0 * s[1] + 3.0 * delay_s * s[2]])
+        assert (law is not None) == is_one
+        assert not is_one or not law.is_sure and law.delay_s in feedback.DELAY_S
+
+
+def test_a_lag_that_no_steps_ask_for_stays_as_it_was_measured(tmp_path):
+    """The current's own noise makes the torque rough, and hides the law so far that its lag is not sure."""
+    path = bench(tmp_path, "--excitation", "multisine", "--fit", "--duration", "60", "--rate", "250", "--encoder-bits", "16")
+    columns = talus.Recording.read(path).columns
+    columns["joint_current_A"] += 0.2 * np.random.default_rng(14).standard_normal(len(columns["time_s"]))
+    np.savetxt(path, np.column_stack(list(columns.values())), delimiter=",", header=",".join(columns), comments="", fmt="%.9g")
+    dataset, _ = recorded(PENDULUM, tmp_path, path)
+    source = Source.of(dataset, plain_base(dataset))
+    (loop,), (law,) = source.loops.of[0].values(), [one.law for one in source.loops.measured[0].values()]
+    assert not law.is_sure and loop.law is law and source.loops.are_doubtful(source.motions)
 
 
 @pytest.mark.parametrize("seed", ["1", "2"])

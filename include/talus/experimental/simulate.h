@@ -125,9 +125,9 @@ TL_CHECK tl_status tl_simulate_windows(const tl_windows *w);
 /* What a drive's position loop sees of its encoder: x on a grid of some step, 0: exact. */
 double tl_loop_grid(double x, double step);
 
-/* One tick of such a loop: the speed of what it has seen, in units of that per second. *position is what it saw a tick
- * before, *speed the speed it had then; both are left for the next tick. share, 0 to 1: how much of each change a
- * first-order low-pass of f Hz lets through in a tick, 1 - exp(-2 pi f / tick_hz). */
+/* One tick of such a loop: the low-passed speed of what it sees, in the unit of `seen` per second. *position is what it
+ * saw a tick before, *speed the speed that it had then; both are left for the next tick. share, 0 to 1: how much of each
+ * change a first-order low-pass of f Hz lets through in a tick, 1 - exp(-2 pi f / tick_hz). */
 double tl_loop_speed(double seen, double tick_hz, double share, double *position, double *speed);
 
 /* The position loop of a joint's drive, which ticks every longest_step_s: its torque is what it orders, less stiffness

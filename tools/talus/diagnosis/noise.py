@@ -21,6 +21,8 @@ NEAREST_SHARE = 0.25
 FEWEST_PAIRS = 30
 LASTING_S = (0.5, 1.0)  # what is still there after it is no noise of a sensor; what swings is not seen after each of them
 FEWEST_INSTANTS = 6
+LEAST_STEP = 1e-9  # of an angle's sensor: below it two values are the same but for rounding
+STRAYS = 0.001  # of the differences of neighbouring values: the library's share for a step by changes
 LINES = 3  # of a spectrum on either side of its strongest one, that belong to it
 
 
@@ -189,11 +191,13 @@ def lasting_share(found):
 def quantisation_step(values):
     """The sensor's step: the smallest change that occurs."""
     change = np.abs(np.diff(values))
-    change = change[change > 1e-9]
+    change = change[change > LEAST_STEP]
     return change.min() if len(change) else 0.0
 
 
 def finest_step(values):
-    """The same where the motion passes over most steps from one sample to the next: the smallest difference of any two values."""
+    """The same where the motion passes over most steps from one sample to the next: the smallest difference of any two values, but
+    for a few strays, such as values between steps in the place of lost ones."""
     gap = np.diff(np.unique(values))
-    return gap.min() if len(gap) else 0.0
+    gap = gap[gap > LEAST_STEP]
+    return float(np.quantile(gap, STRAYS, method="lower")) if len(gap) else 0.0

@@ -44,7 +44,7 @@ class Law:
 
     @property
     def is_sure(self):
-        """Has it a delay that a loop can do with, and tells it most of the torque, folded steps and all?"""
+        """Has it a delay that a loop can do with, and does it tell most of the torque, folded steps and all?"""
         return self.delay_s not in DELAY_S and self.explains > EXPLAINED
 
     def lag_s(self, tick_s):

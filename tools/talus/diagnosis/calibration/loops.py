@@ -50,6 +50,10 @@ class Loops:
         """The same through exact encoders."""
         return [{j: replace(loop, step=0.0) for j, loop in loops.items()} for loops in self.of]
 
+    def are_doubtful(self, motions):
+        """Is there one whose lag is not sure, or that makes more than the recorded torque's roughness?"""
+        return any(not loop.law.is_sure or self._roughest(motions, j) > 1.0 for j, loop in self.of[0].items())
+
     def correct(self, motions, exact):
         """Is there a loop that another lag brings nearer? The lag of a drive's speed is what a recording shows worst. Where it is not
         sure, or the encoder's steps make more than the torque's roughness, beside what the loop makes of an `exact` encoder, it is the

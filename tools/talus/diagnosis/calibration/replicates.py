@@ -26,7 +26,7 @@ from ..torque_terms import TorqueTerms
 
 LOOP_HZ = 3.0  # as slow as keeps the plant near: a stiffer loop would replace the motion by the recorded one
 NOISE_WINDOW_S = 0.25  # over which noise is measured: chatter comes and goes with the motion
-ROUNDED = 1e-9
+FINER, ROUNDED = 0.6, 1e-9  # a step of a half or less beside the decimals of a file; the least deviation beside the last digits
 
 
 class Sensors:
@@ -97,9 +97,12 @@ class Sensors:
 
 
 def _resolved(values, sensing):
-    """(step, deviation) of an angle's sensor. Where the step is finer than any change, so is noise of which no more was seen."""
-    step, rounding = min(sensing.step, noise.finest_step(values)), sensing.step / np.sqrt(12)
-    return step, sensing.noise if sensing.noise > (1.0 + ROUNDED) * rounding else step / np.sqrt(12)
+    """(step, deviation) of an angle's sensor. A step that is finer than any change is at most half of the least; then noise of which no
+    more was seen than that made is finer, too."""
+    finest, rounding = noise.finest_step(values), sensing.step / np.sqrt(12)
+    if finest > FINER * sensing.step:
+        return sensing.step, sensing.noise
+    return finest, sensing.noise if sensing.noise > rounding * (1.0 + ROUNDED) else finest / np.sqrt(12)
 
 
 @dataclass
@@ -234,7 +237,10 @@ class Source:
 
     def _corrected(self):
         """Motions under the loops, their lags corrected as far as the recordings tell these; None where one runs away."""
-        motions, exact = self._driven(self.loops.of), self._driven(self.loops.without_steps())
+        motions = self._driven(self.loops.of)
+        if not motions or not self.loops.are_doubtful(motions):
+            return motions
+        exact = self._driven(self.loops.without_steps())
         for _ in range(CORRECTIONS):
             if not motions or not exact or not self.loops.correct(motions, exact):
                 break
