@@ -5,6 +5,7 @@ import numpy as np
 from talus import ffi, lib, pointer
 
 MOST_NEWTON_STEPS = 20
+TURNS_rad = (0.0, 0.5 * np.pi, -0.5 * np.pi, np.pi)  # gravity across the way that a model file has it is on no straight way from there
 CONVERGED = 1e-9
 PRIOR_CHI2 = 0.01  # of a parameter as far from its prior as that is large: decides only what the data leave open
 SEEN = 1e-9  # of the largest slope: a parameter that moves less is not seen
@@ -39,18 +40,27 @@ class Parameters:
 
 
 def physical(model, base):
-    """Parameters of base parameters, physical or not: the nearest to the model's own, relative to each; None if none is
-    near."""
-    parameters, size = Parameters(model), np.maximum(np.abs(base), 1e-9)
-    u = np.zeros(len(parameters.start))
+    """Parameters of base parameters, physical or not: the nearest to the model's own, relative to each, or what is found with its angles
+    quarter turns away; None if none is near."""
+    parameters = Parameters(model)
+    turned = parameters.scale**-1 * [name.endswith("_rad") for name in parameters.names]
+    for turn_rad in TURNS_rad if turned.any() else TURNS_rad[:1]:
+        u = _nearest(parameters, base, turn_rad * turned)
+        if np.all(np.isfinite(u)) and np.allclose(parameters.base(u), base, rtol=1e-6, atol=1e-9):
+            return parameters.values(u)
+    return None
+
+
+def _nearest(parameters, base, u):
+    """Where Newton's steps end from u, of the smallest u where the base parameters leave some open."""
+    size = np.maximum(np.abs(base), 1e-9)
     for _ in range(MOST_NEWTON_STEPS):
         before, now, slope = u, parameters.base(u), parameters.slope(u)
         # the smallest u that meets the linearised equations, not the smallest step
         u = np.linalg.lstsq(slope / size[:, None], (base - now + slope @ u) / size, rcond=1e-12)[0]
         if np.max(np.abs(u - before)) < CONVERGED:
             break
-    close = np.allclose(parameters.base(u), base, rtol=1e-6, atol=1e-9)
-    return parameters.values(u) if close and np.all(np.isfinite(u)) else None
+    return u
 
 
 def constrained(model, root, best, low, high):

@@ -204,7 +204,7 @@ class Source:
     @classmethod
     def of(cls, dataset, base, chosen=(), every=()):
         """At these base parameters, with effects of these strengths; None where that cannot be simulated: it is not
-        `replicable`, the model runs away, or an effect does not act in forward time."""
+        `replicable`, the model runs away or does not follow the recording, or an effect does not act in forward time."""
         if not replicable(dataset) or not all(is_known(c.effect) for c in chosen):
             return None
         effects = [effect_of(dataset, part, own) for c, all_own in zip(chosen, every) for part, own in c.pieces(all_own)]
@@ -217,7 +217,18 @@ class Source:
         del terms
         gc.collect()  # they hold themselves in circles
         made = cls(dataset, plants, effects)
-        return made if made.motions is not None else None
+        return made if made.motions is not None and made._follows() else None
+
+    def _follows(self):
+        """Is every joint's motion nearer to the recorded one than standing still would be? Else it is another machine's: the model runs
+        away from its loop, where an effect drives it, or sticks where the machine moved."""
+        off = sum((motion.v - processed.v) @ (motion.v - processed.v).T for motion, processed in self._pairs())
+        moved = sum(processed.v @ processed.v.T for _, processed in self._pairs())
+        return bool(np.all(np.diag(off) <= np.diag(moved)))
+
+    def _pairs(self):
+        """[(motion, the recording as it was processed)]"""
+        return list(zip(self.motions, self.dataset.processed_recordings, strict=True))
 
     def _driven(self, loops):
         motions = [driven(self.dataset, record, plant, self.effects, loops[record]) for record, plant in enumerate(self.plants)]
