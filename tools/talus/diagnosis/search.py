@@ -372,8 +372,8 @@ class Search:
         return any(left[kind].sum() - self.dataset.freedom(kind) - self.floor_of[kind] > self.detection_threshold for kind in self.dataset.kinds)
 
     def ordered(self, fit):
-        """The effect without which the rest is worst comes first."""
-        without = [self.fit([c for c in fit.chosen if c is not one]).excess for one in fit.chosen]
+        """The effect without which the rest, in its best forms, is worst comes first."""
+        without = [self.reshaped(self.fit([c for c in fit.chosen if c is not one])).excess for one in fit.chosen]
         return self.fit([fit.chosen[i] for i in np.argsort(without)[::-1]])
 
 

@@ -74,9 +74,10 @@ def logistic(x):
 
 
 def nothing_there(search, fit):
-    """Probability that the chosen effects are none: by replicates, else by what reconstruction usually leaves."""
+    """Probability that the chosen effects are none: by what the first gains alone, in its best form, beside replicates; else by what
+    reconstruction usually leaves."""
     if search.calibration:
-        return search.nothing(search.plain, search.fit(fit.chosen[:1]))
+        return search.nothing(search.plain, search.reshaped(search.fit(fit.chosen[:1])))
     return too_little(search, fit) if sum(search.excess_by_kind(search.plain).values()) < search.tolerated else 0.0
 
 

@@ -110,29 +110,42 @@ def _between(t, values, slopes, at):
 
 def _measured(processed, position, torque):
     """A Law by least squares in the band, where it can be that of a loop that answers this encoder."""
+    found = _in_band(processed, position, torque)
+    if not found:
+        return None
+    (stiffness, damping, second), told, power = found
     rate_Hz = 1.0 / processed.step_s
-    pieces = [piece for piece in _pieces(processed) if piece.stop - piece.start > SHORTEST_S * rate_Hz]
-    if not pieces:
-        return None
     folded = FOLDED_NOISE * noise.roughness(torque[processed.inside]) ** 2 * 2.0 * (BAND_HZ[1] - BAND_HZ[0]) / rate_Hz
-    edge, position, torque = round(EDGE_S * rate_Hz), processed.resample(position), processed.resample(torque)
-    products, power, n = np.zeros((4, 4)), 0.0, 0
-    for piece in pieces:  # one at a time: large arrays that come and go scatter the memory of all else
-        s, y = (_filtered(x[piece], processed.step_s, BAND_HZ, k)[:, edge:-edge] for x, k in ((position, 2), (torque, 0)))
-        rows = np.array([-s[0], -s[1], s[2], y[0]])
-        products += rows @ rows.T
-        n += rows.shape[1]
-    normal, target, power = products[:3, :3], products[:3, 3], products[3, 3] / n
-    scale = np.sqrt(np.diag(normal))
-    if not np.all(scale > 0):
-        return None
-    stiffness, damping, second = np.linalg.lstsq(normal / np.outer(scale, scale), target / scale, rcond=None)[0] / scale
-    told = np.array([stiffness, damping, second]) @ target / n
     if not (stiffness > 0 and damping > 0 and abs(second) < NO_LOOP_S * damping):
         return None
     if not told > max(EXPLAINED * (power - folded), LEAST * power):
         return None
     return Law(float(stiffness), float(damping), float(np.clip(second / damping, *DELAY_S)), float(told / power))
+
+
+def explained(processed_recordings, positions, torques):
+    """Share of the torque's power in the band that its position tells, by whatever law; of the recording where that is most."""
+    found = [_in_band(*one) for one in zip(processed_recordings, positions, torques, strict=True)]
+    return max((told / power for _, told, power in filter(None, found)), default=0.0)
+
+
+def _in_band(processed, position, torque):
+    """((stiffness, damping, damping times delay), power told, power) of least squares in the band; None where nothing moves there."""
+    rate_Hz = 1.0 / processed.step_s
+    pieces = [piece for piece in _pieces(processed) if piece.stop - piece.start > SHORTEST_S * rate_Hz]
+    edge, position, torque = round(EDGE_S * rate_Hz), processed.resample(position), processed.resample(torque)
+    products, n = np.zeros((4, 4)), 0
+    for piece in pieces:  # one at a time: large arrays that come and go scatter the memory of all else
+        s, y = (_filtered(x[piece], processed.step_s, BAND_HZ, k)[:, edge:-edge] for x, k in ((position, 2), (torque, 0)))
+        rows = np.array([-s[0], -s[1], s[2], y[0]])
+        products += rows @ rows.T
+        n += rows.shape[1]
+    scale = np.sqrt(np.diag(products))
+    if not np.all(scale > 0):
+        return None
+    normal, target, own = products[:3, :3], products[:3, 3], scale[:3]
+    law = np.linalg.lstsq(normal / np.outer(own, own), target / own, rcond=None)[0] / own
+    return law, law @ target / n, products[3, 3] / n
 
 
 def _filtered(x, step_s, band_Hz, derivatives):

@@ -235,16 +235,40 @@ class Source:
         return None if any(motion is None for motion in motions) else motions
 
     def _by_loops(self):
-        """Motions under loops that make the recorded torque's roughness, or no more than that."""
+        """Motions under loops that make the recorded torque's roughness, or no more than that, and show themselves as they were measured."""
         motions = self._corrected()
-        wrong = self.loops.too_loud(motions) if motions else range(self.dataset.joints)
+        motions = self._without(self.loops.too_loud(motions) if motions else range(self.dataset.joints), motions)
+        before = [list(sensors.torque) for sensors in self.sensors]
+        self._leave_noise(motions or ())
+        wrong = self.loops.unshown([self._shown(*one) for one in zip(motions, self.sensors, self.loops.of)]) if motions and self.loops else []
         if wrong:
-            self.loops.drop(wrong)
-            motions = self._driven(self.loops.of)
-        for sensors, motion, loops, rows in zip(self.sensors, motions or (), self.loops.of, self.loops.rows):
+            for sensors, torque in zip(self.sensors, before):
+                sensors.torque = torque
+            motions = self._without(wrong, motions)
+            self._leave_noise(motions or ())
+        return motions
+
+    def _without(self, joints, motions):
+        """Motions without the loops of some joints."""
+        if not joints:
+            return motions
+        self.loops.drop(joints)
+        return self._driven(self.loops.of)
+
+    def _leave_noise(self, motions):
+        """A torque's noise is what its loop does not make."""
+        for sensors, motion, loops, rows in zip(self.sensors, motions, self.loops.of, self.loops.rows):
             for j in loops:
                 sensors.without(j, motion.torque[j], rows)
-        return motions
+
+    def _shown(self, motion, sensors, loops):
+        """(angles, torques) of each joint that has a loop, as its sensors show them."""
+        random, angles, torques = np.random.Generator(np.random.Philox(key=[0, 0])), {}, {}
+        for j, loop in loops.items():
+            travel = self.dataset.transmissions[j].motor_rad(motion.q[j]) if self.dataset.at_motor else motion.q[j]
+            angles[j] = sensors.seen(self.dataset.model.sensor("position")[j], travel, random, loop.offset)
+            torques[j] = motion.torque[j] + sensors.torque[j] * random.standard_normal(len(motion.torque[j]))
+        return angles, torques
 
     def _corrected(self):
         """Motions under the loops, their lags corrected as far as the recordings tell these; None where one runs away."""
