@@ -168,16 +168,16 @@ class Search:
             own.append([rest.pop(0) for _ in candidate.columns])
         return Fit(chosen, chi2 - self.freedom, own)
 
-    def beside(self, chosen, candidates, looking=False):
-        """Fits of each candidate beside the chosen ones; those out of physical range are left out."""
+    def beside(self, chosen, candidates, looking=False, limits=True):
+        """Fits of each candidate beside the chosen ones; those out of physical range are left out, if there are `limits`."""
         found = self.gram.scan(self.columns(chosen), candidates)
         fits = [self._fit([*chosen, c], *one) for c, one in zip(candidates, found)]
-        return [fit for fit in fits if fit.is_physical(looking)]
+        return [fit for fit in fits if not limits or fit.is_physical(looking)]
 
-    def scan(self, chosen, looking=False):
+    def scan(self, chosen, looking=False, limits=True):
         """The best shape of every (effect, joint) beside the chosen ones, best first."""
         best, taken = {}, {c.key for c in chosen}
-        for fit in self.beside(chosen, [c for c in self.gram.candidates if self._is_scanned(c, taken)], looking):
+        for fit in self.beside(chosen, [c for c in self.gram.candidates if self._is_scanned(c, taken)], looking, limits):
             key = fit.chosen[-1].key
             if key not in best or fit.excess < best[key].excess:
                 best[key] = fit

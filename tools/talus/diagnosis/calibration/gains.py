@@ -174,10 +174,11 @@ def by_chance(search, excess):
     return search.chance * (1.0 + max(sum(excess.values()), 0.0) / search.freedom)
 
 
-def gains_beside(search, chosen):
-    """{(effect, joint): what its best shape gains beside the chosen effects, of the grid's or, while much is left, downhill of these}."""
+def gains_beside(search, chosen, limits=True):
+    """{(effect, joint): what its best shape gains beside the chosen effects, of the grid's or, while much is left, downhill of these}.
+    Without `limits` whatever its strength: what noise gains an effect does not end where the effect's range does."""
     before, there, gains = search.fit(chosen).excess, {c.key for c in chosen}, {}
-    found = search.scan(chosen)
+    found = search.scan(chosen, limits=limits)
     with search.with_outside(effects_too=False):
         outside = search.scan(chosen)
     for fit in [*found, *(search.led_to(chosen, found[0].excess) if found else []), *outside]:
@@ -200,4 +201,4 @@ def _one(number):
         return None
     search = Search(dataset, plain_base(dataset), choose)
     blocks = search.gram.held_out_blocks(search.columns(chosen))
-    return gains_beside(search, chosen), {kind: float(values.sum()) - dataset.freedom(kind) for kind, values in blocks.items()}
+    return gains_beside(search, chosen, limits=False), {kind: float(values.sum()) - dataset.freedom(kind) for kind, values in blocks.items()}
