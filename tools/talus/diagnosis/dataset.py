@@ -270,6 +270,12 @@ class Dataset:
         own = {"ankle": ("T1", "E", "F"), "knee": ("T0", "K")}.get(joint, self.kinds) if self.at_motor else self.kinds
         return [kind for kind in self.kinds if kind in own]
 
+    def repeats(self):
+        """How many times the motion of the recordings is repeated, on the average over their rows; 1 where none is."""
+        times = [1.0 if period_s is None else max((one.grid_t_s[-1] - one.grid_t_s[0]) / period_s, 1.0)
+                 for one, period_s in zip(self.processed_recordings, self.periods_s)]
+        return float(np.average(times, weights=[len(one.grid_t_s) for one in self.processed_recordings]))
+
     def freedom(self, kind=None):
         """Degrees of freedom of the noise over all rows, or those of one kind."""
         return float(sum(self.thin * len(c.thinned) * self.bandwidth[c.record] for c in self.channels

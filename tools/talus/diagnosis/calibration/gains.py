@@ -170,8 +170,9 @@ class Replicator:
 
 
 def by_chance(search, excess):
-    """What the best column gains where so much excess {kind: chi-square} is left: of white noise, times how much more than that is left."""
-    return search.chance * (1.0 + max(sum(excess.values()), 0.0) / search.freedom)
+    """What the best column gains where so much excess {kind: chi-square} is left: of white noise, times how much more than that is left.
+    What comes back with the motion is left anew in every period, and counts so many times."""
+    return search.chance * (1.0 + search.dataset.repeats() * max(sum(excess.values()), 0.0) / search.freedom)
 
 
 def gains_beside(search, chosen, limits=True):
