@@ -17,7 +17,7 @@ from talus.diagnosis.calibration import gains, lowpass, stability, thresholds
 from talus.diagnosis.calibration.gains import Calibration
 from talus.diagnosis.calibration.replicates import Source, driven
 from talus.diagnosis.motion import plant_of
-from talus.diagnosis.search import plain_base
+from talus.diagnosis.search import Search, plain_base
 from talus.diagnosis.torque_terms import TorqueTerms
 
 LOOP_HZ = 3.0
@@ -68,16 +68,32 @@ def test_what_replicates_gain_is_their_middle_and_nothing_where_none_gains():
     assert nearest.replicates_gain(Calibration({KEY: 9.0}, [{KEY: -3.0}, {}], {"T0": 0.0}, CHANCE), KEY) == 0.0
 
 
-def test_what_chance_gains_is_measured_in_what_is_left():
+def left_of(repeats):
+    return SimpleNamespace(chance=2 * math.log(300), freedom=400.0 * repeats, dataset=SimpleNamespace(repeats=lambda: repeats))
+
+
+@pytest.mark.parametrize("repeats", [1, 6])
+def test_what_chance_gains_is_measured_in_what_is_left(repeats):
     """The best of n unit columns gains about 2 ln n times the variance of what it is fitted to, here 4: against draws. Extreme-value
-    theory has a little less, 2 ln n - ln(pi ln n) + 2 gamma in the mean."""
-    random, columns, rows = np.random.default_rng(8), 300, 400
-    basis = np.linalg.qr(random.normal(size=(rows, columns)))[0]
-    best = [np.max((basis.T @ (2.0 * random.normal(size=rows))) ** 2) for _ in range(300)]
-    told = gains.by_chance(SimpleNamespace(chance=2 * math.log(columns), freedom=float(rows)), {"T0": 3.0 * rows})
-    less = 4 * (math.log(math.pi * math.log(columns)) - 2 * np.euler_gamma)
+    theory has a little less, 2 ln n - ln(pi ln n) + 2 gamma in the mean. What is left again in every period is gained as often."""
+    random, columns, rows, left = np.random.default_rng(8), 300, 400, left_of(repeats)
+    basis = np.tile(np.linalg.qr(random.normal(size=(rows, columns)))[0], (repeats, 1)) / math.sqrt(repeats)
+    draw = lambda: np.tile(math.sqrt(3.0) * random.normal(size=rows), repeats) + random.normal(size=rows * repeats)
+    best = [np.max((basis.T @ draw()) ** 2) for _ in range(300)]
+    told = gains.by_chance_again(left, 1e9, 3.0 * left.freedom + 50.0, 50.0)
+    less = (1.0 + 3.0 * repeats) * (math.log(math.pi * math.log(columns)) - 2 * np.euler_gamma)
     assert told - less == pytest.approx(np.mean(best), rel=0.05)
-    assert gains.by_chance(SimpleNamespace(chance=5.0, freedom=10.0), {"T0": -4.0}) == 5.0
+    assert repeats > 1 or told == pytest.approx(gains.by_chance(left, 3.0 * left.freedom))
+
+
+def test_chance_has_no_more_than_replicates_leave_and_nothing_of_what_a_gain_takes():
+    left = left_of(6)
+    assert gains.by_chance(left, -4.0) == gains.by_chance_again(left, 900.0, 500.0, 600.0) == left.chance
+    assert gains.by_chance_again(left, 200.0, 5000.0, 100.0) == pytest.approx(gains.by_chance(left, 6 * 200.0))
+    found = Calibration({KEY: 400.0}, [{KEY: 12.0}, {KEY: 30.0}], {"T0": 0.0}, CHANCE, again=lambda gain: 0.1 * (1000.0 - gain))
+    assert found.chance_of(400.0) == 60.0 and found.chance_of(990.0) == CHANCE
+    assert found.nothing(KEY, 400.0) > Calibration({KEY: 400.0}, [{KEY: 12.0}, {KEY: 30.0}], {"T0": 0.0}, CHANCE).nothing(KEY, 400.0)
+    assert found.nothing(KEY, 990.0) == Calibration({KEY: 990.0}, [{KEY: 12.0}, {KEY: 30.0}], {"T0": 0.0}, CHANCE).nothing(KEY, 990.0)
 
 
 def test_where_nothing_is_hidden_an_effect_is_seldom_likely():
@@ -194,6 +210,25 @@ def test_a_replicate_moves_as_the_equations_say(tmp_path):
     assert np.abs(exact.y[0] - motion.q[0][until]).max() < 2e-4 * np.ptp(motion.q[0])
 
 
+def test_a_motion_is_repeated_as_often_as_it_fits_into_its_recordings(tmp_path):
+    """A multisine of 4 s in a recording of 60 s, and in one of 6 s, which does not show that it repeats."""
+    long, short = bench(tmp_path, PENDULUM, "--duration", "60", "--rate", "200"), tmp_path / "short.csv"
+    run("talus-sim", "--model", PENDULUM, "--out", short, "--duration", "6", "--rate", "200")
+    (once, _), (both, _) = recorded(PENDULUM, tmp_path, long), recorded(PENDULUM, tmp_path, long, short)
+    assert once.periods_s[0] == pytest.approx(4.0, rel=1e-3) and once.repeats() == pytest.approx(15.0, rel=0.02)
+    assert both.periods_s[1] is None and both.repeats() == pytest.approx((60 * 15.0 + 6 * 1.0) / 66, rel=0.02)
+
+
+def test_what_runs_away_is_no_replicate(tmp_path):
+    """Friction that grows against the speed one way drives a pendulum from its recorded motion: the loop is too weak to hold it."""
+    dataset, _ = recorded(PENDULUM, tmp_path, bench(tmp_path, PENDULUM, "--duration", "20", "--rate", "200", "--encoder-bits", "20"))
+    search = Search(dataset, plain_base(dataset))
+    one = next(c for c in search.gram.candidates if c.effect == "asymmetric_friction" and c.shape == "viscous")
+    of = lambda strength: Source.of(dataset, plain_base(dataset), [one], [[strength]])
+    viscous = plain_base(dataset)[list(dataset.model.base).index("viscous")]
+    assert of(0.5 * viscous) is not None and of(1000.0 * viscous) is None
+
+
 def test_replicates_show_the_sensors_steps_and_differ(tmp_path):
     path = bench(tmp_path, PENDULUM, "--duration", "12", "--encoder-bits", "14")
     dataset, _ = recorded(PENDULUM, tmp_path, path)
@@ -209,6 +244,18 @@ def test_replicates_show_the_sensors_steps_and_differ(tmp_path):
 
 
 # ---- the low-pass ----------------------------------------------------------------------
+
+
+def test_noise_gains_an_effect_whatever_its_strength(tmp_path):
+    """A lost motion of a third of its own size is none in the recordings; what a replicate gains by it does not end there."""
+    dataset, _ = recorded(PENDULUM, tmp_path, bench(tmp_path, PENDULUM, "--duration", "20", "--rate", "250", "--encoder-bits", "16"))
+    search = Search(dataset, plain_base(dataset))
+    bound, free = (gains.gains_beside(search, [], limits) for limits in (True, False))
+    every = [(fit.chosen[0].key, search.plain.excess - fit.excess) for fit in search.beside([], search.gram.candidates, limits=False)]
+    for key in {key for key, _ in every}:
+        assert free[key] >= max(gain for other, gain in every if other == key) - 1e-6  # more where it is found downhill
+        assert free[key] >= bound.get(key, -math.inf) - 1e-6
+    assert {key for key, _ in every} - set(bound)
 
 
 @pytest.mark.parametrize(("hz", "source", "halved"), [(9.9, "data", False), (10.0, "data", True), (6.0, "model", True), (6.0, "option", True)])

@@ -230,6 +230,24 @@ def test_where_no_plant_can_be_driven_by_a_loop_the_recorded_torque_does(tmp_pat
     assert sound.replicate(1, 0) is None
 
 
+def test_a_loop_that_its_replicate_does_not_show_is_none(tmp_path, monkeypatch):
+    """A current's noise that was taken for steps: the position tells a third of it, and hardly any of what such a loop makes."""
+    dataset, _ = recorded(PENDULUM, tmp_path, bench(tmp_path, "--duration", "20", "--rate", "500", "--encoder-bits", "14"))
+    base = plain_base(dataset)
+    sound = Source.of(dataset, base)
+    law = sound.loops.of[0][0].law
+    names = [processed.columns["joint_rad"] for processed in dataset.processed_recordings]
+    told = feedback.explained(dataset.processed_recordings, names, [dataset.effort(0, 0)])
+    assert told == pytest.approx(law.explains)
+    shown = sound._shown(sound.motions[0], sound.sensors[0], sound.loops.of[0])
+    assert feedback.explained(dataset.processed_recordings, [shown[0][0]], [shown[1][0]]) == pytest.approx(told, abs=0.15)
+    before = list(Source.of(dataset, base).sensors[0].torque[0])
+    monkeypatch.setattr(feedback, "explained", lambda *_: 0.4 * law.explains)
+    source = Source.of(dataset, base)
+    assert not source.loops and source.motions and np.std(source.motions[0].torque[0] - dataset.effort(0, 0)) < 0.2 * np.std(dataset.effort(0, 0))
+    assert np.sum(source.sensors[0].torque[0]) > np.sum(before)  # noise that the loop would have made is noise again
+
+
 def test_the_same_replicate_is_the_same_and_another_has_its_grid_elsewhere(tmp_path):
     dataset, _ = recorded(PENDULUM, tmp_path, bench(tmp_path, "--duration", "12", "--rate", "500", "--encoder-bits", "14"))
     source = Source.of(dataset, plain_base(dataset))

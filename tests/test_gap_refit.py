@@ -28,6 +28,17 @@ def test_parameters_of_base_parameters_predict_the_same():
     assert base_of(model, **physical(model, base)) == pytest.approx(base, rel=1e-6)
 
 
+@pytest.mark.parametrize("moment", [0.01, 0.3, 20.0])
+def test_gravity_is_found_whichever_way_the_model_file_has_it(moment):
+    """Across it there is no straight way: on 360 directions of a pendulum that hangs at 0 in its file, by atan2."""
+    model = talus.Model.from_tree(yaml.safe_load((REPOSITORY / "models/pendulum.yaml").read_text()))
+    for zero in np.radians(np.arange(-180.0, 180.0)):
+        base = base_of(model, gravity_moment_kg_m=moment, gravity_zero_rad=zero)
+        found = physical(model, base)
+        size, angle = found["gravity_moment_kg_m"], found["gravity_zero_rad"]
+        assert size * np.exp(1j * angle) == pytest.approx(moment * np.exp(1j * zero), rel=1e-5)
+
+
 def test_a_physical_optimum_is_met():
     model = leg()
     best = base_of(model, shank_com_m=0.18, foot_inertia_kg_m2=0.003, knee_coulomb_Nm=0.4)

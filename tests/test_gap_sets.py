@@ -43,6 +43,13 @@ def test_sets_without_the_first_effect_and_of_its_size_are_rivals(search):
     assert found.chosen == [GAP, TEETH]  # the set's own first one last
 
 
+def test_that_one_comes_first_without_which_the_others_in_their_best_forms_are_worst(search):
+    """As it stands beside the spring the twist leaves 900 alone; in another form it leaves 100, less than the spring alone."""
+    search.fit = lambda chosen: fit_of(chosen, 0.0 if len(chosen) > 1 else 300.0 if chosen == [SPRING] else 900.0)
+    search.reshaped = lambda fit: fit_of(fit.chosen, 100.0 if fit.chosen == [TWIST] else fit.excess)
+    assert Search.ordered(search, fit_of([SPRING, TWIST])).chosen == [TWIST, SPRING]
+
+
 def test_a_set_that_differs_in_one_effect_is_not_counted_twice(search):
     """It stands among the rivals already: beside the same others, with another effect in the first one's place."""
     search.other_sets = [fit_of([TEETH, TWIST]), fit_of([TWIST, GAP]), fit_of([GAP])]

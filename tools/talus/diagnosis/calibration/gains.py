@@ -11,6 +11,7 @@ what the recording can show, each size as likely as the next, and before the dat
 (docs/diagnosis.md). An effect too small to be seen counts as nothing.
 """
 
+import functools
 import math
 import multiprocessing
 from concurrent.futures import ProcessPoolExecutor
@@ -30,16 +31,21 @@ class Calibration:
     """Gains of the best shape of every (effect, joint): `own` {key: gain} in the recordings, `gains` [{key: gain}] in each replicate;
     `excess`: {kind: mean chi-square over its freedom that noise and reconstruction leave there}. `chance` is what the best column gains
     in what noise and reconstruction leave: it is added to gains, below it the logarithm tells noise apart from noise; `least` is the gain that a search takes
-    for an effect at all. `outside` are keys of causes outside the catalogue: whether there is an effect does not depend on them."""
+    for an effect at all. `again(gain)` is what the best column gains by chance in what that gain leaves of the recordings, where that is
+    more. `outside` are keys of causes outside the catalogue: whether there is an effect does not depend on them."""
 
-    def __init__(self, own, gains, excess, chance, outside=()):
+    def __init__(self, own, gains, excess, chance, outside=(), again=lambda gain: 0.0):
         self.own, self.gains, self.excess = own, gains, excess
-        self.chance, self.least = chance, TIMES_AS_MUCH * chance
+        self.chance, self.again = chance, again
         self.keys = sorted(set(own).union(*gains) - set(outside))
 
-    def width(self, key):
+    def chance_of(self, gain):
+        """What chance gains, for a gain of the recordings."""
+        return max(self.chance, self.again(gain))
+
+    def width(self, key, chance):
         """(mean, width) of the logarithm of an (effect, joint)'s gain where nothing is hidden."""
-        return _lognormal([math.log(max(gains.get(key, 0.0), 0.0) + self.chance) for gains in self.gains])
+        return _lognormal([math.log(max(gains.get(key, 0.0), 0.0) + chance) for gains in self.gains])
 
     def by_nothing(self, key):
         """What an (effect, joint) gains in the replicates, on the average; 0 where noise alone would gain as much."""
@@ -47,8 +53,9 @@ class Calibration:
 
     def widths(self, key, gain):
         """How far a gain lies above the nulls', in their widths."""
-        middle, width = self.width(key)
-        return (math.log(max(gain, 0.0) + self.chance) - middle) / width
+        chance = self.chance_of(gain)
+        middle, width = self.width(key, chance)
+        return (math.log(max(gain, 0.0) + chance) - middle) / width
 
     def most_widths(self):
         """Of the (effect, joint) that stands out most."""
@@ -60,7 +67,7 @@ class Calibration:
 
     def nothing(self, key, gain):
         """Probability that an (effect, joint)'s gain is nothing but noise and reconstruction; it is one of many."""
-        return self._probability(self.widths(key, gain), self.width(key)[1], max(len(self.keys), 1))
+        return self._probability(self.widths(key, gain), self.width(key, self.chance_of(gain))[1], max(len(self.keys), 1))
 
     def nothing_of(self, before, after):
         """The same of a step from one fit to another, of the likeliest effect that it adds. Replicates are searched on the grid of
@@ -100,7 +107,8 @@ class Calibration:
         return self._widths_of([own if gain is None else max(gain, 0.0), *nulls])
 
     def _widths_of(self, gains):
-        logs = [math.log(gain + self.least) for gain in gains]
+        least = TIMES_AS_MUCH * self.chance_of(gains[0])
+        logs = [math.log(gain + least) for gain in gains]
         middle, width = _lognormal(logs[1:])
         return (logs[0] - middle) / width, width
 
@@ -146,8 +154,9 @@ class Replicator:
             if len(found) < 2:
                 return None
             excess = {kind: float(np.mean([e[kind] for _, e in found])) for kind in search.dataset.kinds}
-            out = Calibration(own, [gains for gains, _ in found], excess, by_chance(search, excess),
-                              {key for gains in (own, *(gains for gains, _ in found)) for key in gains if search.is_outside(key)})  # fmt: skip
+            outside = {key for gains in (own, *(gains for gains, _ in found)) for key in gains if search.is_outside(key)}
+            out = Calibration(own, [gains for gains, _ in found], excess, by_chance(search, sum(excess.values())), outside,
+                              functools.partial(by_chance_again, search, sum(excess.values()), fit.excess))  # fmt: skip
             if not SURE_BELOW < out.most_widths() < SURE_ABOVE:
                 break
         return out
@@ -169,10 +178,16 @@ class Replicator:
             _work = None
 
 
-def by_chance(search, excess):
-    """What the best column gains where so much excess {kind: chi-square} is left: of white noise, times how much more than that is left.
-    What comes back with the motion is left anew in every period, and counts so many times."""
-    return search.chance * (1.0 + search.dataset.repeats() * max(sum(excess.values()), 0.0) / search.freedom)
+def by_chance(search, excess, times=1.0):
+    """What the best column gains where so much excess is left: of white noise, times how much more than that is left; so many times where
+    it is left again and again."""
+    return search.chance * (1.0 + times * max(excess, 0.0) / search.freedom)
+
+
+def by_chance_again(search, excess, before, gain):
+    """The same in what a gain leaves of the excess that recordings had `before`, but no more than replicates leave: where the motion
+    repeats, it comes back with that, as an effect does, and is one chance, not as many as there are periods."""
+    return by_chance(search, min(excess, before - gain), search.dataset.repeats())
 
 
 def gains_beside(search, chosen, limits=True):

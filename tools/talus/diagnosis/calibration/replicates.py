@@ -220,15 +220,14 @@ class Source:
         return made if made.motions is not None and made._follows() else None
 
     def _follows(self):
-        """Is every joint's motion nearer to the recorded one than standing still would be? Else it is another machine's: the model runs
-        away from its loop, where an effect drives it, or sticks where the machine moved."""
-        off = sum((motion.v - processed.v) @ (motion.v - processed.v).T for motion, processed in self._pairs())
-        moved = sum(processed.v @ processed.v.T for _, processed in self._pairs())
-        return bool(np.all(np.diag(off) <= np.diag(moved)))
-
-    def _pairs(self):
-        """[(motion, the recording as it was processed)]"""
-        return list(zip(self.motions, self.dataset.processed_recordings, strict=True))
+        """Is every joint's motion nearer to the recorded one than standing still, or what counts as that, would be? Else it is another
+        machine's: an effect may drive the model away from its loop."""
+        off, moved = np.zeros(self.dataset.joints), np.zeros(self.dataset.joints)
+        for motion, processed in zip(self.motions, self.dataset.processed_recordings, strict=True):
+            still = [processed.regression.struct.sensing[j].standstill for j in range(self.dataset.joints)]
+            off += np.mean((motion.v - processed.v) ** 2, axis=1)
+            moved += np.mean(processed.v**2, axis=1) + np.square(still)
+        return bool(np.all(off <= moved))
 
     def _driven(self, loops):
         motions = [driven(self.dataset, record, plant, self.effects, loops[record]) for record, plant in enumerate(self.plants)]
@@ -238,7 +237,7 @@ class Source:
         """Motions under loops that make the recorded torque's roughness, or no more than that, and show themselves as they were measured."""
         motions = self._corrected()
         motions = self._without(self.loops.too_loud(motions) if motions else range(self.dataset.joints), motions)
-        before = [list(sensors.torque) for sensors in self.sensors]
+        before = [[one.copy() for one in sensors.torque] for sensors in self.sensors]
         self._leave_noise(motions or ())
         wrong = self.loops.unshown([self._shown(*one) for one in zip(motions, self.sensors, self.loops.of)]) if motions and self.loops else []
         if wrong:
