@@ -91,7 +91,9 @@ def test_chance_has_no_more_than_replicates_leave_and_nothing_of_what_a_gain_tak
     assert gains.by_chance(left, -4.0) == gains.by_chance_again(left, 900.0, 500.0, 600.0) == left.chance
     assert gains.by_chance_again(left, 200.0, 5000.0, 100.0) == pytest.approx(gains.by_chance(left, 6 * 200.0))
     found = Calibration({KEY: 400.0}, [{KEY: 12.0}, {KEY: 30.0}], {"T0": 0.0}, CHANCE, again=lambda gain: 0.1 * (1000.0 - gain))
-    assert found.chance_of(400.0) == 60.0 and found.chance_of(990.0) == CHANCE
+    logs = np.log(np.array([12.0, 30.0]) + 60.0)
+    width = math.sqrt(np.var(logs, ddof=1) * 1.5 + thresholds.MISFIT**2)
+    assert found.most_widths() == pytest.approx((math.log(460.0) - logs.mean()) / width)
     assert found.nothing(KEY, 400.0) > Calibration({KEY: 400.0}, [{KEY: 12.0}, {KEY: 30.0}], {"T0": 0.0}, CHANCE).nothing(KEY, 400.0)
     assert found.nothing(KEY, 990.0) == Calibration({KEY: 990.0}, [{KEY: 12.0}, {KEY: 30.0}], {"T0": 0.0}, CHANCE).nothing(KEY, 990.0)
 

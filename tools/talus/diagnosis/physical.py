@@ -5,7 +5,7 @@ import numpy as np
 from talus import ffi, lib, pointer
 
 MOST_NEWTON_STEPS = 20
-TURNS_rad = (0.0, 0.5 * np.pi, -0.5 * np.pi, np.pi)  # gravity across the way that a model file has it is on no straight way from there
+TURNS_rad = (0.0, 0.5 * np.pi, -0.5 * np.pi, np.pi)  # of angles: Newton's steps seldom reach gravity at a right angle to the file's
 CONVERGED = 1e-9
 PRIOR_CHI2 = 0.01  # of a parameter as far from its prior as that is large: decides only what the data leave open
 SEEN = 1e-9  # of the largest slope: a parameter that moves less is not seen
@@ -18,6 +18,7 @@ class Parameters:
     def __init__(self, model):
         self.names, self.start = list(model.parameters), np.array(list(model.parameters.values()))
         self.scale, self._trial = np.maximum(np.abs(self.start), 1e-6), model.copy()
+        self.table = lib.tl_parameters(self._trial.struct, ffi.new("int *"))
 
     def values(self, u):
         return dict(zip(self.names, (self.start + self.scale * u).tolist()))
@@ -34,18 +35,20 @@ class Parameters:
 
     def lower(self):
         """The physical bounds of u."""
-        table = lib.tl_parameters(self._trial.struct, ffi.new("int *"))
-        out = np.array([(table[k].lower - self.start[k]) / self.scale[k] for k in range(len(self.names))])
-        return out + LEAST_SHARE * np.array([table[k].positive for k in range(len(self.names))])
+        out = np.array([(self.table[k].lower - self.start[k]) / self.scale[k] for k in range(len(self.names))])
+        return out + LEAST_SHARE * np.array([self.table[k].positive for k in range(len(self.names))])
+
+    def turned(self, angle_rad):
+        """u of the priors with every angle turned."""
+        return angle_rad / self.scale * np.array([self.table[k].angle for k in range(len(self.names))])
 
 
 def physical(model, base):
     """Parameters of base parameters, physical or not: the nearest to the model's own, relative to each, or what is found with its angles
     quarter turns away; None if none is near."""
     parameters = Parameters(model)
-    turned = parameters.scale**-1 * [name.endswith("_rad") for name in parameters.names]
-    for turn_rad in TURNS_rad if turned.any() else TURNS_rad[:1]:
-        u = _nearest(parameters, base, turn_rad * turned)
+    for turn_rad in TURNS_rad if parameters.turned(1.0).any() else TURNS_rad[:1]:
+        u = _nearest(parameters, base, parameters.turned(turn_rad))
         if np.all(np.isfinite(u)) and np.allclose(parameters.base(u), base, rtol=1e-6, atol=1e-9):
             return parameters.values(u)
     return None

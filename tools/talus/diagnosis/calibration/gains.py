@@ -30,36 +30,22 @@ SURE_BELOW, SURE_ABOVE = 0.5, 5.0  # widths from the nulls' middle, beyond which
 class Calibration:
     """Gains of the best shape of every (effect, joint): `own` {key: gain} in the recordings, `gains` [{key: gain}] in each replicate;
     `excess`: {kind: mean chi-square over its freedom that noise and reconstruction leave there}. `chance` is what the best column gains
-    in what noise and reconstruction leave: it is added to gains, below it the logarithm tells noise apart from noise; `least` is the gain that a search takes
-    for an effect at all. `again(gain)` is what the best column gains by chance in what that gain leaves of the recordings, where that is
-    more. `outside` are keys of causes outside the catalogue: whether there is an effect does not depend on them."""
+    in what noise and reconstruction leave: it is added to gains, below it the logarithm tells noise apart from noise; TIMES_AS_MUCH of it is
+    the gain that a search takes for an effect at all. `again(gain)` is what the best column gains by chance in what that gain leaves of the
+    recordings, where that is more. `outside` are keys of causes outside the catalogue: whether there is an effect does not depend on them."""
 
     def __init__(self, own, gains, excess, chance, outside=(), again=lambda gain: 0.0):
         self.own, self.gains, self.excess = own, gains, excess
         self.chance, self.again = chance, again
         self.keys = sorted(set(own).union(*gains) - set(outside))
 
-    def chance_of(self, gain):
-        """What chance gains, for a gain of the recordings."""
-        return max(self.chance, self.again(gain))
-
-    def width(self, key, chance):
-        """(mean, width) of the logarithm of an (effect, joint)'s gain where nothing is hidden."""
-        return _lognormal([math.log(max(gains.get(key, 0.0), 0.0) + chance) for gains in self.gains])
-
     def by_nothing(self, key):
         """What an (effect, joint) gains in the replicates, on the average; 0 where noise alone would gain as much."""
         return max(float(np.mean([gains.get(key, 0.0) for gains in self.gains])), 0.0)
 
-    def widths(self, key, gain):
-        """How far a gain lies above the nulls', in their widths."""
-        chance = self.chance_of(gain)
-        middle, width = self.width(key, chance)
-        return (math.log(max(gain, 0.0) + chance) - middle) / width
-
     def most_widths(self):
-        """Of the (effect, joint) that stands out most."""
-        return max((self.widths(key, gain) for key, gain in self._known(self.own).items()), default=0.0)
+        """How far the gain of the (effect, joint) that stands out most lies above the nulls', in their widths."""
+        return max((self._beside(key, gain)[0] for key, gain in self._known(self.own).items()), default=0.0)
 
     def _known(self, gains):
         """Of the catalogue's effects alone."""
@@ -67,7 +53,7 @@ class Calibration:
 
     def nothing(self, key, gain):
         """Probability that an (effect, joint)'s gain is nothing but noise and reconstruction; it is one of many."""
-        return self._probability(self.widths(key, gain), self.width(key, self.chance_of(gain))[1], max(len(self.keys), 1))
+        return self._probability(*self._beside(key, gain), max(len(self.keys), 1))
 
     def nothing_of(self, before, after):
         """The same of a step from one fit to another, of the likeliest effect that it adds. Replicates are searched on the grid of
@@ -82,16 +68,17 @@ class Calibration:
         that, by each effect's own beside its own there: then the readings did not do it. What is less than a search would name is
         hardly a gap: a drive that sees its encoder's steps, say, gives several effects a little that replicates do not have, but
         none of them much."""
-        own = () if self.outdone() else (self._probability(*self._beside(key), max(len(self.keys), 1)) for key in self._known(self.own))
+        own = () if self.outdone() else (self._probability(*self._beside(key, gain, TIMES_AS_MUCH), max(len(self.keys), 1))
+                                         for key, gain in self._known(self.own).items())  # fmt: skip
         return min([self._probability(*self._largest(), 1), *own])
 
     def nothing_left(self, larger):
         """The same of what the plain model leaves, whose logarithm is so much `larger` than that of what replicates leave."""
         return self._probability(larger / MISFIT, MISFIT, 1)
 
-    def _beside(self, key):
-        """(widths above the replicates', width) of an (effect, joint)'s gain, none counted below what a search takes for one."""
-        return self._widths_of([max(gains.get(key, 0.0), 0.0) for gains in (self.own, *self.gains)])
+    def _beside(self, key, gain, times=1.0):
+        """(widths above the replicates', width) of an (effect, joint)'s gain, none counted below so many times what chance gains."""
+        return self._widths_of(gain, [gains.get(key, 0.0) for gains in self.gains], times)
 
     def outdone(self, gain=None):
         """Do the replicates' largest gains come near that of the recordings, or one gain of them? What the readings alone gain something
@@ -103,14 +90,14 @@ class Calibration:
         return self._probability(*self._largest(gain), 1)
 
     def _largest(self, gain=None):
-        own, *nulls = (max(max(self._known(gains).values(), default=0.0), 0.0) for gains in (self.own, *self.gains))
-        return self._widths_of([own if gain is None else max(gain, 0.0), *nulls])
+        own, *nulls = (max(self._known(gains).values(), default=0.0) for gains in (self.own, *self.gains))
+        return self._widths_of(own if gain is None else gain, nulls, TIMES_AS_MUCH)
 
-    def _widths_of(self, gains):
-        least = TIMES_AS_MUCH * self.chance_of(gains[0])
-        logs = [math.log(gain + least) for gain in gains]
-        middle, width = _lognormal(logs[1:])
-        return (logs[0] - middle) / width, width
+    def _widths_of(self, gain, nulls, times):
+        chance = times * max(self.chance, self.again(gain))
+        own, *logs = (math.log(max(one, 0.0) + chance) for one in (gain, *nulls))
+        middle, width = _lognormal(logs)
+        return (own - middle) / width, width
 
     @staticmethod
     def _probability(z, width, tried):
@@ -178,15 +165,15 @@ class Replicator:
             _work = None
 
 
-def by_chance(search, excess, times=1.0):
-    """What the best column gains where so much excess is left: of white noise, times how much more than that is left; so many times where
-    it is left again and again."""
-    return search.chance * (1.0 + times * max(excess, 0.0) / search.freedom)
+def by_chance(search, excess, repeats=1.0):
+    """What the best of all columns gains where so much excess is left: what it gains of white noise, times what is left over that noise.
+    Excess that comes back in every period of a motion is one chance, not as many as it `repeats`, and gains so many times as much."""
+    return search.chance * (1.0 + repeats * max(excess, 0.0) / search.freedom)
 
 
 def by_chance_again(search, excess, before, gain):
-    """The same in what a gain leaves of the excess that recordings had `before`, but no more than replicates leave: where the motion
-    repeats, it comes back with that, as an effect does, and is one chance, not as many as there are periods."""
+    """The same in what a gain leaves of the excess that the recordings had `before`, but no more than replicates leave (`excess`), all of
+    it coming back with the motion."""
     return by_chance(search, min(excess, before - gain), search.dataset.repeats())
 
 
@@ -196,7 +183,7 @@ def gains_beside(search, chosen, limits=True):
     before, there, gains = search.fit(chosen).excess, {c.key for c in chosen}, {}
     found = search.scan(chosen, limits=limits)
     with search.with_outside(effects_too=False):
-        outside = search.scan(chosen)
+        outside = search.scan(chosen, limits=limits)
     for fit in [*found, *(search.led_to(chosen, found[0].excess) if found else []), *outside]:
         key = fit.chosen[-1].key
         if key not in there:

@@ -92,11 +92,10 @@ class Loops:
         """Joints whose loop makes a rougher torque than recorded: their drives answer another encoder."""
         return [j for j in self.of[0] if self._roughest(motions, j) > LOUDEST]
 
-    def unshown(self, recordings):
-        """Joints whose law a replicate's `recordings` [(angles, torques), of each joint] do not show as the real ones do: where noise is
-        taken for a loop, the position tells less of the torque that such a loop makes."""
-        shown = {j: feedback.explained(self.dataset.processed_recordings, *([one[k][j] for one in recordings] for k in (0, 1))) for j in self.of[0]}
-        return [j for j, share in shown.items() if share < HALF * self.of[0][j].law.explains]
+    def shows(self, joint, positions, torques):
+        """Do a replicate's recordings show a joint's law as the real ones do? Where noise is taken for a loop, the position tells less of the
+        torque that such a loop makes."""
+        return feedback.explained(self.dataset.processed_recordings, positions, torques) >= HALF * self.of[0][joint].law.explains
 
     def _roughest(self, motions, joint):
         """The torque that a joint's loop makes over the recorded one, in the recording where that is most."""

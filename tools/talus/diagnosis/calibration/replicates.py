@@ -26,6 +26,7 @@ from ..torque_terms import TorqueTerms
 
 LOOP_HZ = 3.0  # as slow as keeps the plant near: a stiffer loop would replace the motion by the recorded one
 NOISE_WINDOW_S = 0.25  # over which noise is measured: chatter comes and goes with the motion
+CHECK = (0, 0)  # key of the generator of the noise that shows whether a loop is one
 FINER, ROUNDED = 0.6, 1e-9  # a step of a half or less beside the decimals of a file; the least deviation beside the last digits
 
 
@@ -237,13 +238,16 @@ class Source:
         """Motions under loops that make the recorded torque's roughness, or no more than that, and show themselves as they were measured."""
         motions = self._corrected()
         motions = self._without(self.loops.too_loud(motions) if motions else range(self.dataset.joints), motions)
-        before = [[one.copy() for one in sensors.torque] for sensors in self.sensors]
-        self._leave_noise(motions or ())
-        wrong = self.loops.unshown([self._shown(*one) for one in zip(motions, self.sensors, self.loops.of)]) if motions and self.loops else []
+        if not motions or not self.loops:
+            return motions
+        own = [[one.copy() for one in sensors.torque] for sensors in self.sensors]
+        self._leave_noise(motions)
+        recordings = self._recorded(motions, self.loops.of, np.random.Generator(np.random.Philox(key=CHECK)))
+        wrong = [j for j in self.loops.of[0] if not self.loops.shows(j, *self._drive(recordings, j))]
         if wrong:
-            for sensors, torque in zip(self.sensors, before):
-                sensors.torque = torque
             motions = self._without(wrong, motions)
+            for sensors, torque in zip(self.sensors, own):
+                sensors.torque = torque
             self._leave_noise(motions or ())
         return motions
 
@@ -260,14 +264,16 @@ class Source:
             for j in loops:
                 sensors.without(j, motion.torque[j], rows)
 
-    def _shown(self, motion, sensors, loops):
-        """(angles, torques) of each joint that has a loop, as its sensors show them."""
-        random, angles, torques = np.random.Generator(np.random.Philox(key=[0, 0])), {}, {}
-        for j, loop in loops.items():
-            travel = self.dataset.transmissions[j].motor_rad(motion.q[j]) if self.dataset.at_motor else motion.q[j]
-            angles[j] = sensors.seen(self.dataset.model.sensor("position")[j], travel, random, loop.offset)
-            torques[j] = motion.torque[j] + sensors.torque[j] * random.standard_normal(len(motion.torque[j]))
-        return angles, torques
+    def _recorded(self, motions, loops, random):
+        """The recordings that the sensors would have made of motions."""
+        return [recorded(self.dataset, record, motion, sensors, random, own)
+                for record, (motion, sensors, own) in enumerate(zip(motions, self.sensors, loops, strict=True))]  # fmt: skip
+
+    def _drive(self, recordings, joint):
+        """(positions, torques) of a joint's drive in some recordings."""
+        name, scale = effort_column(self.dataset, recordings[0].columns, joint)
+        positions = [one.columns[self.dataset.model.sensor("position")[joint]] for one in recordings]
+        return positions, [scale * one.columns[name] for one in recordings]
 
     def _corrected(self):
         """Motions under the loops, their lags corrected as far as the recordings tell these; None where one runs away."""
@@ -288,12 +294,11 @@ class Source:
         gc.collect()  # a search's candidates hold their torque terms in circles: those of the replicate before
         random = np.random.Generator(np.random.Philox(key=[seed % 2**64, number]))
         loops = self.loops.on_grids(random)
-        motions, made = self._driven(loops) if self.loops else self.motions, []
+        motions = self._driven(loops) if self.loops else self.motions
         if motions is None:
             return None
-        for old, motion, sensors, own in zip(self.dataset.processed_recordings, motions, self.sensors, loops):
-            one = recorded(self.dataset, len(made), motion, sensors, random, own)
-            made.append(ProcessedRecording(self.dataset.model, one, old.name, old.window_hz))
+        made = [ProcessedRecording(self.dataset.model, one, old.name, old.window_hz)
+                for old, one in zip(self.dataset.processed_recordings, self._recorded(motions, loops, random), strict=True)]  # fmt: skip
         return Anew(self.dataset, made) if all(one.parts for one in made) else None
 
 
