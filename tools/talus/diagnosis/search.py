@@ -117,7 +117,7 @@ class Search:
     def farthest_off_drawing(self, fit):
         """(name, times the model file's value) of the parameter of inertia or gravity that is farthest from it beside a fit's effects."""
         dataset = self.dataset
-        base = self.gram.fold_strengths(self.columns(fit.chosen))[-1][:dataset.bases]
+        base = self.base_of(fit.chosen)
         far = int(np.argmax(np.abs(base - dataset.prior) / dataset.drawn_width))
         return list(dataset.model.base)[far], float(base[far] / dataset.prior[far])
 
@@ -224,6 +224,17 @@ class Search:
         led = {fit.chosen[0].key: fit for fit in self.led_to([], found[0].excess)}
         rest = [fit for fit in found if fit.chosen[0].key not in led or fit.excess < led[fit.chosen[0].key].excess]
         return sorted([*rest, *led.values()], key=lambda fit: fit.excess)
+
+    def base_of(self, chosen):
+        """Base parameters fitted with these candidates, to all blocks."""
+        return self.gram.fold_strengths(self.columns(chosen))[-1][:self.dataset.bases]
+
+    def bases_beside(self, chosen):
+        """Base parameters that a machine can have beside one more effect, of those that close most first: what is not in the model can
+        turn its inertia negative, or make it a machine that does not move as it was recorded."""
+        for fit in self.scan(chosen, looking=True)[:BEAM]:
+            if has_inertia(self.dataset, base := self.base_of(fit.chosen)):
+                yield base
 
     def led_to(self, chosen, best):
         """While much is left: fits with one more effect, of each (effect, joint) the one that is found downhill from the best
@@ -397,18 +408,12 @@ def plain_base(dataset):
     return Gram(dataset, [None] * len(dataset.processed_recordings), []).fold_strengths([])[-1][:dataset.bases]
 
 
-def machine_base(dataset):
-    """The same; where no machine can have such an inertia, for an effect makes it, those beside the effect that closes most and leaves one
-    that can be."""
+def machine_bases(dataset):
+    """Base parameters that a machine can have, the plain model's first."""
     plain = plain_base(dataset)
     if has_inertia(dataset, plain):
-        return plain
-    first = Search(dataset, dataset.identified, sparse if dataset.at_motor else list)
-    for fit in first.scan([], looking=True):
-        base = first.gram.fold_strengths(first.columns(fit.chosen))[-1][:dataset.bases]
-        if has_inertia(dataset, base):
-            return base
-    return plain
+        yield plain
+    yield from Search(dataset, dataset.identified, sparse if dataset.at_motor else list).bases_beside([])
 
 
 def search(dataset, base, step=lambda text, part=0.0: None, seed=1, replicated=True):
@@ -423,7 +428,7 @@ def search(dataset, base, step=lambda text, part=0.0: None, seed=1, replicated=T
     best = first.plain
     if singles and first.significant(first.plain, singles[0], 0.0):
         best = refined(first, singles[0], 0)
-    again = first.gram.fold_strengths(first.columns(best.chosen))[-1][:dataset.bases]
+    again = first.base_of(best.chosen)
     left = Residuals(first, best.chosen)
     dataset.find_sigma(lambda c: left.of[c.record, c.kind])
     if not np.all(np.isfinite(again)) or not best.chosen:

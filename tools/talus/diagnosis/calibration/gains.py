@@ -12,6 +12,7 @@ what the recording can show, each size as likely as the next, and before the dat
 """
 
 import functools
+import itertools
 import math
 import multiprocessing
 from concurrent.futures import ProcessPoolExecutor
@@ -128,11 +129,7 @@ class Replicator:
         return self._made[key]
 
     def _beside(self, search, fit):
-        base = search.gram.fold_strengths(search.columns(fit.chosen))[-1][:search.dataset.bases]
-        if not has_inertia(search.dataset, base):
-            base = search.all_terms[0].base  # of the first look's best effect, without which there is no such machine
-        base = search.dataset.with_whole_inertia(base)
-        source = replicates.Source.of(search.dataset, base, fit.chosen, fit.strengths)
+        source = self._source(search, fit)
         if source is None:
             return None
         own, found, self.begin = gains_beside(search, fit.chosen), [], search.gram.release
@@ -147,6 +144,19 @@ class Replicator:
             if not SURE_BELOW < out.most_widths() < SURE_ABOVE:
                 break
         return out
+
+    @staticmethod
+    def _source(search, fit):
+        """What replicates of a fit are made of; where there is no such machine, or it does not move as it was recorded, at the parameters
+        of the first look's best effect, or, of the plain model, those beside another one."""
+        dataset = search.dataset
+        more = () if fit.chosen else search.bases_beside([])
+        for base in itertools.chain((search.base_of(fit.chosen), search.all_terms[0].base), more):
+            whole = dataset.with_whole_inertia(base) if has_inertia(dataset, base) else None
+            source = None if whole is None else replicates.Source.of(dataset, whole, fit.chosen, fit.strengths)
+            if source:
+                return source
+        return None
 
     def _each(self, source, chosen, numbers):
         """(gain, excess by kind) of some replicates, on two processors where that can be."""

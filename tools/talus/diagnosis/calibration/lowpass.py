@@ -18,7 +18,7 @@ from ..gate.finding import Finding
 from ..motion import inertia_over
 from ..processed_recording import ProcessedRecording
 from .replicates import Source, replicable
-from ..search import machine_base, plain_base
+from ..search import machine_bases, plain_base
 from .thresholds import GIVES_UP, HALF, RIGHT_TO
 from ..torque_terms import model_at
 
@@ -80,8 +80,7 @@ def inertia_bias(dataset, seed):
     where that cannot be told."""
     if not replicable(dataset):
         return None
-    base = machine_base(dataset)
-    source = Source.of(dataset, base)
+    base, source = next(((base, source) for base in machine_bases(dataset) if (source := Source.of(dataset, base))), (None, None))
     replicate = source and source.replicate(seed, 0)
     if not replicate:
         return ALL_OF_IT
