@@ -333,7 +333,7 @@ $(BUILD)/python/talus_macros.h: $(BUILD)/python/talus_cdef.h
 
 # ---- check, show, measure ---------------------------------------------------
 
-.PHONY: deps check check-san check-long check-coverage cover check-arch test test-san test-long fuzz rig test-rig tsan lint demo paper blind nulls spike camera gate fleet bench
+.PHONY: deps check check-san check-long check-coverage cover check-arch test test-san test-long fuzz rig test-rig tsan lint demo paper blind nulls spike across camera gate fleet bench
 # What a goal needs is installed first; then make starts anew, because what this
 # run found out about compilers and packages may no longer be true.
 again = +$(Q)$(MAKE) --no-print-directory $(if $(findstring jobserver,$(MAKEFLAGS)),,-j$(JOBS))
@@ -483,6 +483,11 @@ spike camera gate fleet:
 	@tools/setup check
 	$(again) all
 	$(Q)$(run_env) $(KNOWN)
+
+across:
+	@tools/setup check
+	$(again) all
+	$(Q)$(run_env) $(PYTHON) -m talus.known across --jobs $(JOBS) --out $(BUILD)/across
 
 bench:
 	@tools/setup bench
@@ -635,6 +640,7 @@ help:
 	@echo 'make blind         how often talus-gap is right on withheld effects; SEED, COUNT, JOBS, WIDE=1'
 	@echo 'make nulls         how often talus-gap says none where nothing is hidden; SEED, COUNT, JOBS, ONLY'
 	@echo 'make spike         how often it names an effect added to a real recording; SEED, COUNT, JOBS, TALUS_DATA='
+	@echo 'make across        whether effects found on one recording lower the error on the machine'"'"'s others; JOBS, TALUS_DATA='
 	@echo 'make fleet         talus-fleet on simulated arms, two processes killed; SEED, COUNT, JOBS'
 	@echo 'make camera        what a camera tells it of pairs of causes that are alike; SEED, COUNT, JOBS'
 	@echo 'make gate          whether spoiled recordings are named before any cause is, and sound ones left alone; SEED, COUNT, JOBS, TALUS_DATA='

@@ -130,8 +130,8 @@ def session(text, folder):
 
 
 # What the page's own `make` goal does is run by this test.
-RUN_ELSEWHERE = {"bench": "test_benchmarks.py", "blind": "test_blind.py", "demo": "test_demo.py", "paper": "test_paper.py",
-                 "rig": "rig/test_gpio.py", "spike": "test_spike.py"}  # fmt: skip
+RUN_ELSEWHERE = {"across": "test_across.py", "bench": "test_benchmarks.py", "blind": "test_blind.py", "demo": "test_demo.py",
+                 "paper": "test_paper.py", "rig": "rig/test_gpio.py", "spike": "test_spike.py"}  # fmt: skip
 
 
 @pytest.mark.parametrize("page", PAGES)

@@ -1,4 +1,4 @@
-"""python -m talus.known nulls|spike|camera|gate: see docs/nulls.md, docs/spike.md, docs/camera.md and docs/gate.md."""
+"""python -m talus.known nulls|spike|across|camera|gate: see docs/nulls.md, docs/spike.md, docs/across.md, docs/camera.md and docs/gate.md."""
 
 import sys
 

@@ -7,7 +7,7 @@ import sys
 from pathlib import Path
 
 from ..blind.unseal import words
-from . import camera, fleet, gate_outputs, gates, nulls, outputs, running, spikes
+from . import across, across_outputs, camera, fleet, gate_outputs, gates, nulls, outputs, running, spikes
 
 
 def read_only(text):
@@ -43,6 +43,12 @@ def run_spikes(options):
     cases = spikes.draw(options.data, options.seed, options.count)
     results = running.run("spike", cases, Path(options.out) / f"seed{options.seed}", spikes.diagnose, options.jobs, options.keep)
     outputs.spikes(results, Path(options.out))
+    return 0
+
+
+def run_across(options):
+    results = running.run("across", across.draw(options.data), Path(options.out) / "recordings", across.diagnose, options.jobs, options.keep)
+    across_outputs.across(results, Path(options.out))
     return 0
 
 
@@ -82,12 +88,15 @@ def parser():
     fourth.set_defaults(run=run_fleet)
     fifth = commands.add_parser("gate", help="recordings with a fault, and sound ones, before the gate")
     fifth.set_defaults(run=run_gate)
-    for command in (other, fifth):
+    sixth = commands.add_parser("across", help="effects found on one recording of a real machine, on its other recordings")
+    sixth.set_defaults(run=run_across)
+    for command in (other, fifth, sixth):
         command.add_argument("--data", default=os.environ.get("TALUS_DATA") or running.ROOT.parent / "shared" / "data",
                              help="folder of the recordings (TALUS_DATA)")  # fmt: skip
     for command in (one, other, third, fourth, fifth):
         command.add_argument("--seed", type=int, default=1)
         command.add_argument("--count", type=number, default=60)
+    for command in (one, other, third, fourth, fifth, sixth):
         command.add_argument("--out", required=True, help="folder of reports, kept there, and of the outcome")
         command.add_argument("--jobs", type=number, default=1, help="cases at a time")
         command.add_argument("--keep", action="store_true", help="keep reports of another version of the diagnosis")

@@ -10,6 +10,7 @@ from .entry import Effect
 
 DRIFT_TIMES_S = (5, 10, 20, 40, 80, 200)
 EVENLY, SETTLING = 1000.0, 3.0  # sessions in a time constant so long that change is even; time constants in a session
+FROM_TWICE, MOST = -2.0, 3.0  # of the friction on the average: from twice that to none; cold grease drags a few times as much as warm
 
 
 def _over_session(all_terms):
@@ -22,17 +23,19 @@ def _over_session(all_terms):
 
 def candidates(at):
     """Strengths are shares of the friction at the fitted parameters; the model file has them in torques. What changes does
-    so from the begin, so that the base parameters are the friction there, which is positive."""
+    so from the begin, so that the base parameters are the friction there, which is positive; and hardly turns over."""
     j = at.number
-    dry, viscous = float(at.all_terms[0].coulomb_Nm[j]), float(at.all_terms[0].viscous[j])
+    dry, viscous = (max(float(x[j]), 0.0) for x in (at.all_terms[0].coulomb_Nm, at.all_terms[0].viscous))
     of_all, of_dry = {"coulomb_Nm": dry, "viscous_Nms_rad": viscous}, {"coulomb_Nm": dry}
     make = lambda form, amounts, shapes, name, **more: at.of_law(
         "friction_drift", form, [amounts], shapes, parameters=named(name), **more)  # fmt: skip
+    longest_s = max(float(np.ptp(s.processed.t_s)) for s in at.all_terms)
 
     def timed(form, amounts, name):
         def one(constant):
-            shapes = {"time_constant_s": float(constant)}
+            shapes, come = {"time_constant_s": float(constant)}, 1.0 - math.exp(-longest_s / constant)
             return at.of_law("friction_drift", f"{form}, {constant:g} s", [amounts], shapes, parameters=named(name, **shapes),
+                             low=(FROM_TWICE / come,), high=(MOST / come,),
                              family=Family(one, (constant,), (1.5,), (2.0,), (1000.0,)))  # fmt: skip
         return one
 
@@ -45,7 +48,7 @@ def candidates(at):
         shapes = {"time_constant_s": constant_s}
         for form, amounts, figure in (("all", of_all, "share_at_end"), ("Coulomb", of_dry, "coulomb_share_at_end")):
             by_end = {parameter: amount / whole for parameter, amount in amounts.items()}
-            yield make(f"{form}, {name}", by_end, shapes, figure, saved=([amounts], warm), session=True)
+            yield make(f"{form}, {name}", by_end, shapes, figure, saved=([amounts], warm), session=True, low=(FROM_TWICE,), high=(MOST,))
     sensor = f"{at.name}_temp_C"
     if all(sensor in s.columns for s in at.all_terms):
         middle = float(np.mean([np.mean(s.columns[sensor]) for s in at.all_terms]))
