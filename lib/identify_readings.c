@@ -247,11 +247,27 @@ static int has_rows(const tl_factor *f, int bases) {
   return f->rows > 0 && f->columns == bases;
 }
 
-static int has_rounded(const tl_readings *r, int bases) {
-  int k, all = has_rows(&r->as_recorded, bases);
+/* are there rounded readings in which nothing moves any more? */
+static int is_rounded_away(const tl_readings *r, int bases) {
+  int k, away = 0;
 
-  for (k = 0; k < TL_ROUNDINGS; k++) all &= has_rows(&r->rounded[k], bases);
-  return all;
+  for (k = 0; k < TL_ROUNDINGS; k++) away |= !has_rows(&r->rounded[k], bases);
+  return away;
+}
+
+/* noise that hides the whole motion hides every parameter: each is as far off as it is large */
+static void hide_all(const tl_problem *p, tl_identify_result *result) {
+  int i;
+
+  for (i = 0; i < p->parameters; i++) {
+    result->systematic[i] = fabs(result->value[i]);
+    result->hidden[i] = result->identifiable[i];
+    if (result->hidden[i]) result->sigma[i] = (double)NAN;
+  }
+  for (i = 0; i < p->bases; i++) {
+    result->base_systematic[i] = fabs(result->base[i]);
+    result->base_sigma[i] = (double)NAN;
+  }
 }
 
 static void widen(const tally *t, tl_identify_result *result) {
@@ -276,7 +292,12 @@ tl_status tl_identify_readings(const tl_problem *problem, const tl_readings *rea
   int k;
   tl_status status;
 
-  if (!problem || !readings || !result || !has_rounded(readings, problem->bases)) return TL_ERR_ARGUMENT;
+  if (!problem || !readings || !result || !has_rows(&readings->as_recorded, problem->bases))
+    return TL_ERR_ARGUMENT;
+  if (is_rounded_away(readings, problem->bases)) {
+    hide_all(problem, result);
+    return TL_OK;
+  }
   status = tl_identify_gain(problem, result->value, &t.gain);
   if (status == TL_OK) status = difference(&readings->as_recorded, NULL, problem->bases, b);
   if (status == TL_OK) status = add_spread(&t, readings);

@@ -36,8 +36,9 @@ def toy(seed, noise=0.2, n=4000):
     return seen, y, rounded, longer
 
 
-def answer(seed, noise=0.2, residuals=False):
-    """(result, rows of the toy); without `residuals` the standard deviations are from the readings alone."""
+def answer(seed, noise=0.2, residuals=False, still=None):
+    """(result, rows of the toy); without `residuals` the standard deviations are from the readings alone. `still`: a rounded reading in
+    which nothing moves."""
     seen, y, rounded, longer = toy(seed, noise)
     model = talus.Model("slider")
     model.set_parameters(mass_kg=70.0, coulomb_N=15.0, viscous_Ns_m=100.0)
@@ -55,6 +56,8 @@ def answer(seed, noise=0.2, residuals=False):
     pairs = [(readings.rounded + k, x) for k, x in enumerate(rounded)]
     for out, x in [(ffi.addressof(readings, "as_recorded"), seen), (ffi.addressof(readings, "longer"), longer), *pairs]:
         check(lib.tl_problem_merge(problem, factor_of(x, y), out))
+    if still is not None:
+        readings.rounded[still].rows = 0
     check(lib.tl_identify_readings(problem, readings, result))
     return result, seen, y, rounded, longer
 
@@ -91,6 +94,13 @@ def test_more_noise_than_motion_hides_the_mass_alone():
     assert np.isnan(result.sigma[0]) and not np.isnan(result.sigma[1])
 
 
+def test_noise_that_hides_the_whole_motion_hides_every_parameter():
+    """One step more, and the angle stands still: nothing that was found is known."""
+    result = answer(3, residuals=True, still=2)[0]
+    assert all(result.hidden[i] and np.isnan(result.sigma[i]) and np.isnan(result.base_sigma[i]) for i in range(4))
+    assert [result.systematic[i] for i in range(4)] == [abs(result.value[i]) for i in range(4)]
+
+
 def test_rounding_adds_twice_the_noise_and_differs_each_time():
     x = np.cumsum(np.random.default_rng(4).uniform(0, 1, 20_000))
     errors = []
@@ -116,6 +126,16 @@ def test_an_inertia_that_cannot_be_fixed_is_said(tmp_path):
     assert mass["hidden_by_noise"] and mass["sigma"] is None and mass["identifiable"]
     assert "these recordings do not fix mass_kg" in done.stderr
     assert "these recordings do not fix mass_kg" in page.read_text()
+
+
+def test_a_motion_that_coarser_steps_would_hide_is_identified_without_a_deviation(tmp_path):
+    """Slow ramps through 12 bits: of five minutes a second is faster than standstill, and of some of the roundings nothing."""
+    model, recording = REPOSITORY / "models" / "slider.yaml", tmp_path / "r.csv"
+    run("talus-sim", "--model", model, "--out", recording, "--excitation", "ramps", "--fit", "--rate", 500, "--duration", 300,
+        "--encoder-bits", 12, "--seed", 1041110777)  # fmt: skip
+    run("talus-identify", "--quiet", "--model", model, "--out", tmp_path / "f.yaml", "--report", tmp_path / "r.json", recording)
+    said = json.loads((tmp_path / "r.json").read_text())["parameters"]
+    assert all(one["hidden_by_noise"] and one["sigma"] is None for one in said.values() if one["identifiable"])
 
 
 @pytest.mark.parametrize(("plant", "rate", "seconds"), [("leg", 250, 16), ("slider", 250, 16), ("pendulum", 250, 16), ("leg", 1000, 24)])

@@ -193,7 +193,8 @@ TL_CHECK tl_status tl_problem_merge(const tl_problem *problem, const tl_factor *
 TL_CHECK tl_status tl_reading_share(const tl_problem *problem, const tl_factor *reading, double *share);
 
 /* After tl_identify_sigma: adds to the variances what the readings tell (docs/signal.md has the formulas), and finds the
- * parameters that noise hides. TL_ERR_ARGUMENT where as_recorded or a rounded one has no rows. */
+ * parameters that noise hides: all of them where a rounded reading has no rows, for then noise hides the whole motion.
+ * TL_ERR_ARGUMENT where as_recorded has no rows. */
 TL_CHECK tl_status tl_identify_readings(const tl_problem *problem, const tl_readings *readings,
                                         tl_identify_result *result);
 

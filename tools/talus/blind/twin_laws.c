@@ -86,7 +86,7 @@ static double drift(const twin_bench *b, const twin_joint *j, double t) {
   if (since < 0.0 && j->drift_session < 0.5) since = 0.0;
   switch ((int)j->drift_form) {
   case 1: return 1.0 + j->drift_size * exp(-since / j->drift_tau);
-  case 2: return 1.0 + j->drift_size * since / j->drift_tau;
+  case 2: return 1.0 + j->drift_size * fmin(since / j->drift_tau, 1.0); /* friction, not a drive, however long it takes */
   case 3: return 1.0 + j->drift_size * (1.0 - exp(-session / b->temp_tau));
   case 4: return 1.0 + j->drift_size / (1.0 + since / j->drift_tau);
   default: return 1.0;

@@ -61,15 +61,17 @@ def law_of(processed_recordings, positions, torques):
 
 
 def order(processed, law, position, torque, tick_s, period_s=None):
-    """What the torque is beside the law, smooth, at a loop's ticks from `first_tick_s` after each part's first sample on, an array a
+    """What the torque is beside the law, smooth and without what the encoder's steps make of it, at a loop's ticks from `first_tick_s` after each part's first sample on, an array a
     part. Where the motion repeats it is the mean over its periods, and repeats as exactly: a drive's answer to its encoder's steps does, too."""
+    floor = _folded(torque[processed.inside], processed.step_s)
     position, torque, out = processed.resample(position), processed.resample(torque), []
     spring, damper = law.stiffness, law.damping
     smooth_Hz = 0.0, float(np.clip(SMOOTH_SHARE / processed.step_s, *SMOOTH_HZ))
     for part, piece in zip(processed.parts, _pieces(processed)):
         t = part["begin_s"] + processed.step_s * np.arange(part["n"])
-        s, moment = (_filtered(x[piece], processed.step_s, smooth_Hz, 3) for x in (position, torque))
-        values, slopes = (moment[k] + spring * s[k] + damper * (s[k + 1] - law.delay_s * s[k + 2]) for k in (0, 1))
+        s, moment = (_filtered(x[piece], processed.step_s, smooth_Hz, 2) for x in (position, torque))
+        values = moment[0] + spring * s[0] + damper * (s[1] - law.delay_s * s[2])
+        values, slopes = _filtered(values, processed.step_s, smooth_Hz, 1, floor, max(_periods(t, period_s), 1))
         first, last = processed.t_s[part["begin"]], processed.t_s[part["end"] - 1]
         ticks = first + first_tick_s(processed.t_s[part["begin"]:part["end"]], tick_s) + tick_s * np.arange(int((last - first) / tick_s) + 2)
         out.append(_repeating(t, values, slopes, period_s)(np.clip(ticks, t[0], t[-1])))
@@ -83,10 +85,14 @@ def first_tick_s(t_s, tick_s):
     return (np.angle(turned) / (2 * np.pi) + 0.5) % 1.0 * tick_s - tick_s
 
 
+def _periods(t, period_s):
+    """How many whole ones there are between the ends."""
+    return max(int((t[-1] - t[0] - 2 * EDGE_S) / period_s), 0) if period_s else 0
+
+
 def _repeating(t, values, slopes, period_s):
     """Values on an even grid as a smooth function of time, their mean over the periods that are whole if there are several."""
-    begin = t[0] + EDGE_S
-    periods = int((t[-1] - EDGE_S - begin) / period_s) if period_s else 0
+    begin, periods = t[0] + EDGE_S, _periods(t, period_s)
     if periods < 2:
         return lambda at: _between(t, values, slopes, at)
     phase = np.linspace(0.0, period_s, round(period_s / (t[1] - t[0])) + 1)
@@ -114,13 +120,17 @@ def _measured(processed, position, torque):
     if not found:
         return None
     (stiffness, damping, second), told, power = found
-    rate_Hz = 1.0 / processed.step_s
-    folded = FOLDED_NOISE * noise.roughness(torque[processed.inside]) ** 2 * 2.0 * (BAND_HZ[1] - BAND_HZ[0]) / rate_Hz
+    folded = (BAND_HZ[1] - BAND_HZ[0]) * _folded(torque[processed.inside], processed.step_s)
     if not (stiffness > 0 and damping > 0 and abs(second) < NO_LOOP_S * damping):
         return None
     if not told > max(EXPLAINED * (power - folded), LEAST * power):
         return None
     return Law(float(stiffness), float(damping), float(np.clip(second / damping, *DELAY_S)), float(told / power))
+
+
+def _folded(torque, step_s):
+    """Power for each Hz of what a torque has by its roughness: the steps' answers, folded."""
+    return FOLDED_NOISE * noise.roughness(torque) ** 2 * 2.0 * step_s
 
 
 def explained(processed_recordings, positions, torques):
@@ -148,14 +158,20 @@ def _in_band(processed, position, torque):
     return law, law @ target / n, products[3, 3] / n
 
 
-def _filtered(x, step_s, band_Hz, derivatives):
+def _filtered(x, step_s, band_Hz, derivatives, floor=0.0, periods=1):
     """What is left of a signal in a band, and so many derivatives of that. It goes on beyond its ends turned about them, less the line
-    between these, so that nothing jumps there."""
+    between these, so that nothing jumps there. Noise, whose power for each Hz is the `floor`, is taken off as leaves the least error in
+    the mean of so many periods (Wiener)."""
     line = np.linspace(x[0], x[-1], len(x))
     rest = x - line
     hz = np.fft.rfftfreq(2 * len(x) - 2, step_s)
     passed = np.clip((hz - band_Hz[0]) / SLOPE_HZ + 1.0, 0.0, 1.0) * np.clip((band_Hz[1] - hz) / SLOPE_HZ + 1.0, 0.0, 1.0)
     spectrum = passed * np.fft.rfft(np.concatenate([rest, -rest[-2:0:-1]]))
+    if floor > 0:
+        band = (hz / SLOPE_HZ).astype(int)
+        power = np.bincount(band, np.abs(spectrum) ** 2) / np.bincount(band) * 2.0 * step_s / (2 * len(x) - 2)
+        own = np.maximum(power - floor, 0.0)
+        spectrum *= (own / (own + floor / periods))[band]
     out = np.array([np.fft.irfft(spectrum * (2j * np.pi * hz) ** k, 2 * len(x) - 2)[: len(x)] for k in range(derivatives + 1)])
     if band_Hz[0] <= 0:
         out[0] += line
