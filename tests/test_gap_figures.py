@@ -1,10 +1,15 @@
-"""tools/talus/diagnosis/figures.py: the interval of what will be closed, on blocks of known make."""
+"""tools/talus/diagnosis/figures.py: the intervals of what will be closed, on blocks of known make, and of an effect's size, on errors of known
+make."""
 
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
+import talus
+from gap_in_process import recorded
+from support import REPOSITORY
 from talus.diagnosis import figures
+from talus.diagnosis.search import Search, plain_base
 
 ROWS, BLOCKS, NOISE = 200, 40, 1.0
 
@@ -65,3 +70,52 @@ def test_effects_that_do_harm_may_do_it_again():
 
 def test_no_rows_tell_nothing():
     assert figures.closed_interval(dataset(0), residuals(np.zeros(0)), residuals(np.zeros(0)), 0, NOISE, 1) == [0.0, 1.0]
+
+
+# ---- sizes -----------------------------------------------------------------------------------
+
+
+def fitted(random, stretches, lasting):
+    """(strength, its error by stretches, by noise alone) of one column whose true strength is 1, beside a constant: the errors of 50 rows of
+    each stretch are `lasting` in part, one for all of them."""
+    number = np.repeat(np.arange(stretches), 50)
+    x = np.array([np.ones(len(number)), np.repeat(random.standard_normal(stretches), 50) + 0.5 * random.standard_normal(len(number))])
+    y = x[1] + lasting * np.repeat(random.standard_normal(stretches), 50) + random.standard_normal(len(number))
+    found = np.linalg.lstsq(x.T, y, rcond=None)[0]
+    left = y - found @ x
+    sums = np.array([np.bincount(number, column * left) for column in x]).T
+    search = SimpleNamespace(columns=lambda chosen: None, gram=SimpleNamespace(by_stretch=lambda columns: (sums, x @ x.T)))
+    fit = SimpleNamespace(chosen=[SimpleNamespace(columns=[None])])
+    return found[1], figures.errors_by_stretch(search, fit)[0][0], np.sqrt(np.linalg.inv(x @ x.T)[1, 1] * np.mean(left**2))
+
+
+@pytest.mark.parametrize("lasting", [0.0, 1.0])
+def test_errors_that_last_over_a_stretch_are_counted_once_a_stretch(lasting):
+    """By 40 stretches, as by noise alone where nothing lasts; where as much lasts as does not, noise alone would hold two of three."""
+    draws = [fitted(np.random.default_rng(seed), 40, lasting) for seed in range(600)]
+    held = [np.mean([abs(strength - 1) < 1.96 * error for strength, *errors in draws if (error := errors[k])]) for k in (0, 1)]
+    assert 0.90 < held[0] < 0.97
+    assert held[1] < 0.5 if lasting else held[1] == pytest.approx(0.95, abs=0.03)
+
+
+def test_few_stretches_tell_nothing():
+    assert fitted(np.random.default_rng(1), figures.FEWEST_STRETCHES - 1, 1.0)[1] == 0.0
+
+
+def test_stretches_of_a_motion_that_repeats_are_parts_of_its_period(tmp_path):
+    """Sums over them are those of the rows themselves: together the normal equations, and the same instants of each period in one."""
+    model = REPOSITORY / "models/pendulum.yaml"
+    talus.simulate(talus.read(model), duration_s=30, seed=3, excitation="paper", fit=True).write(tmp_path / "run.csv")
+    dataset, _ = recorded(model, tmp_path, tmp_path / "run.csv")
+    search = Search(dataset, plain_base(dataset), lambda every: [c for c in every if c.effect == "stribeck"])
+    columns = search.columns(search.gram.candidates[:1])
+    (period_s,), (number,) = dataset.periods_s, dataset.stretch_of
+    t = dataset.processed_recordings[0].grid_t_s
+    assert period_s < 0.5 * (t[-1] - t[0]) and dataset.stretches <= 40 and set(number) == set(range(dataset.stretches))
+    again = int(round(period_s / (t[1] - t[0])))
+    assert np.mean(number[again:] == number[:-again]) > 0.95
+    sums, products = search.gram.by_stretch(columns)
+    (plain,), (own,) = search.gram.plain, search.gram.gathered(columns)
+    every = np.concatenate([plain[:-1], own])
+    left = plain[-1] - search.gram.fold_strengths(columns)[-1] @ every
+    assert products == pytest.approx(every @ every.T) and sums.sum(0) == pytest.approx(every @ left, abs=1e-6 * np.abs(every).max())

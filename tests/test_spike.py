@@ -3,6 +3,7 @@ forms, the tally by hand, and a small run."""
 
 import csv
 import json
+import math
 import re
 
 import numpy as np
@@ -10,7 +11,7 @@ import pytest
 import yaml
 from support import DATA, data, needs_data
 
-from talus.known import machine, outputs, spike_scores, spikes
+from talus.known import machine, outputs, spike_scores, spike_sizes, spikes
 from talus.known.command import main
 
 MODEL = """\
@@ -49,6 +50,7 @@ def spiked(arm, form, strength, name="x"):
 
 
 INNER = (T > 1) & (T < 29)  # the filter's ends aside
+FAST = INNER & (np.abs(V) > 0.3) & (np.abs(np.sin(Q)) > 0.2)
 
 
 # ---- the plain fit -----------------------------------------------------------------------
@@ -157,9 +159,10 @@ def test_a_folder_without_recordings_is_named(tmp_path, capsys):
 
 
 def result(form, verdict, probability, *listed, share=0.1, machine="ur10e_joint_1"):
-    entry = lambda e, p: {"effect": e, "joint": "joint", "probability": p}  # noqa: E731
+    waves = lambda sine=0.0: {"parameters": {"sine_Nm": sine, "cosine_Nm": 0.5}, "interval": {"sine_Nm": [sine - 0.1, sine + 0.1], "cosine_Nm": [0.4, 0.6]}}  # noqa: E731
+    entry = lambda e, p, *sine: {"effect": e, "joint": "joint", "probability": p, **waves(*sine)}  # noqa: E731
     effect = spikes.FORMS[form].effect if form else ""
-    return {"case": f"{machine}-{form}-{share}", "leaves": share, "strength": 1.0, "status": 0,
+    return {"case": f"{machine}-{form}-{share}", "leaves": share, "strength": 1.0, "size": 1.0 if form else None, "status": 0,
             "setting": {"machine": machine, "form": form, "effect": effect, "share": share},
             "report": {"verdict": entry(verdict, probability), "alternatives": [], "effects": [entry(*e) for e in listed]}}  # fmt: skip
 
@@ -167,8 +170,8 @@ def result(form, verdict, probability, *listed, share=0.1, machine="ur10e_joint_
 def by_hand():
     return [
         result("", "nonlinear_viscous", 0.8, ("nonlinear_viscous", 0.8), ("delay", 0.3)),
-        result("cogging", "cogging", 0.9, ("cogging", 0.9), ("nonlinear_viscous", 0.9)),  # right
-        result("cogging", "nonlinear_viscous", 0.9, ("nonlinear_viscous", 0.9), ("cogging", 0.6), ("stribeck", 0.7)),  # and one more
+        result("cogging", "cogging", 0.9, ("cogging", 0.9, 0.8), ("nonlinear_viscous", 0.9)),  # right; 0.94 N m
+        result("cogging", "nonlinear_viscous", 0.9, ("nonlinear_viscous", 0.9), ("cogging", 0.6), ("stribeck", 0.7)),  # and one more; 0.5
         result("load_proportional", "directional_efficiency", 0.7, ("directional_efficiency", 0.7)),  # alias
         result("spring_cubic", "elasticity", 0.6, ("elasticity", 0.6)),  # wrong
         result("spring_cubic", "elasticity", 0.4, ("elasticity", 0.4), share=0.02),  # not sure enough to be wrong; not named
@@ -183,12 +186,34 @@ def test_the_tally_by_hand():
     figures = {bar.name: (bar.value, bar.count, bar.met) for bar in spike_scores.bars(rows)}
     near = pytest.approx
     assert list(figures.values()) == [(near(3 / 4), 4, False), (near(2 / 4), 4, None), (0.0, 1, None), (near(1 / 6), 6, False),
-                                      (near(1 / 6), 6, False), (near(1 / 6), 6, None), (near(1 / 7), 7, False)]  # fmt: skip
+                                      (near(1 / 6), 6, False), (near(1 / 2), 2, False), (near((0.5 + 1 - math.hypot(0.8, 0.5)) / 2), 2, None),
+                                      (near(1 / 6), 6, None), (near(1 / 7), 7, False)]  # fmt: skip
     assert [row["further"] for row in rows[:6]] == ["", "stribeck", "", "", "", ""]
     groups = {(g["axis"], g["value"]): g for g in spike_scores.by_group(rows)}
     assert groups["leaves", "2 %"]["named"] == 0.0 and groups["leaves", "10 %"]["cases"] == 5
     assert groups["effect", "delay"]["new"] == 0 and groups["effect", "delay"]["named"] is None
     assert groups["machine", "ur10e"]["first_wrong"] == near(1 / 6)
+
+
+@pytest.mark.parametrize(("form", "size"), [
+    ("asymmetric_viscous", lambda more, x: np.polyfit(np.abs(x.speed), more, 1)[0]),
+    ("load_proportional", lambda more, x: np.median(np.abs(more)[FAST] / np.abs(0.5 * A + 0.4 * 9.81 * np.sin(Q))[FAST])),
+    ("cogging", lambda more, x: np.abs(more).max()),
+    ("spring_bumper", lambda more, x: np.ptp(more) / (x.position[np.argmax(more)] - x.position[more > 0].min())),
+])  # fmt: skip
+def test_a_size_is_what_the_reports_parameter_would_be(arm, form, size):
+    """One ampere is 1 Nm: the added current is the effect's torque along the motion."""
+    more = spiked(arm, form, 0.3)["joint_current_A"] - arm.columns["joint_current_A"]
+    assert spike_sizes.added(arm, form, 0.3) == pytest.approx(size(more, arm.motion()), rel=0.03)
+
+
+def test_sizes_of_other_forms_are_not_compared():
+    whole = {"effect": "load_friction", "parameters": {"coefficient": 0.1, "exponent": 2.0}, "interval": {"coefficient": [0.0, 0.2]}}
+    report = {"effects": [whole]}
+    assert spike_sizes.told("load_proportional", "load_friction", report) is None
+    whole["parameters"]["exponent"] = 1.0
+    assert spike_sizes.told("load_proportional", "load_friction", report) == (0.0, 0.1, 0.2)
+    assert spike_sizes.told("load_proportional", "stribeck", report) is None and spike_sizes.told("spring_cubic", "load_friction", report) is None
 
 
 def test_the_page_says_what_was_missed(tmp_path, capsys):

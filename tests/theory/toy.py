@@ -118,6 +118,7 @@ class ToyDataset(Dataset):
         self.bandwidth, self.periods_s = [BANDWIDTH], [None]
         self.find_sigma()
         self._find_blocks()
+        self._find_stretches()
         self._thin()
 
     def find_sigma(self, residual=None):

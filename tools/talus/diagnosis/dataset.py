@@ -21,6 +21,7 @@ PRIOR_WIDTH_OF_ONE_JOINT = 20.0  # whose model may be no drawing but a first gue
 HARDLY_MOVES = 0.2  # share of the time
 MOST_ROWS = 30000  # of one kind of channel
 MOST_STATES = 4000  # compared with each other
+STRETCHES, SHORTEST_STRETCH_S = 40, 0.25  # of the motion, over which what a model lacks of it stays the same
 ROWS_PER_PERIOD = 2.6  # of the low-pass frequency: little lies beyond half of that
 
 
@@ -89,6 +90,7 @@ class Dataset:
         self.find_sigma()
         self.periodic = any(period is not None for period in self.periods_s)
         self._find_blocks()
+        self._find_stretches()
         self._thin()
 
     # ---- channels ------------------------------------------------------------------
@@ -241,6 +243,17 @@ class Dataset:
         self.blocks, self.block_record = len(self.block_record), np.array(self.block_record)
         self.folds = np.arange(self.blocks) % FOLDS
         self.fold_count = len(np.unique(self.folds))
+
+    def _find_stretches(self):
+        """Stretch of the motion of every grid instant: a fortieth of its time, or of the period where it repeats. What a model lacks of
+        one comes back with it in every period, and is one error, not many."""
+        self.stretch_of, self.stretches = [], 0
+        for processed, period_s in zip(self.processed_recordings, self.periods_s, strict=True):
+            t = processed.grid_t_s - processed.grid_t_s[0]
+            whole_s = t[-1] if period_s is None else min(period_s, t[-1])
+            count = max(min(STRETCHES, int(whole_s / SHORTEST_STRETCH_S)), 1)
+            self.stretch_of.append(self.stretches + (t % whole_s / whole_s * count).astype(int))
+            self.stretches += count
 
     def _thin(self):
         """Rows that lie closer than the low-pass can tell apart say nothing new; and of very long recordings a part will do."""

@@ -8,6 +8,7 @@ from .dataset import NEAR_STOP
 
 DRAWS = 800
 MOST_HARM = -1.0  # of a closed share: effects that double the gap's square
+FEWEST_STRETCHES = 10  # of the motion, that tell how much its errors vary
 NOISE_KNOWN_TO = 0.1  # of its deviation: by how much estimates from repeats, near repeats and high frequencies differ
 
 
@@ -159,12 +160,35 @@ def closes(dataset, before, last, now):
 def standard_errors(search, fit):
     """Standard deviation of every strength, by the noise and by what is left beside it; one list a candidate."""
     columns = search.columns(fit.chosen)
-    products = search.gram.products(search.gram.gathered(columns))[:-1, :-1]
+    inverse, scale = _inverse(search.gram.products(search.gram.gathered(columns))[:-1, :-1])
+    errors = np.sqrt(np.maximum(np.diag(inverse), 0.0) * left_of_freedom(search, fit)) / scale
+    return _by_candidate(fit, errors)
+
+
+def errors_by_stretch(search, fit):
+    """The same by what the fit leaves in each stretch of the motion (Liang and Zeger 1986): what a model lacks of a place or a speed stays
+    the same for as long as the joint is there. 0 where stretches are too few to tell."""
+    sums, products = search.gram.by_stretch(search.columns(fit.chosen))
+    inverse, scale = _inverse(products)
+    filled = np.any(sums != 0, axis=1)
+    count = np.count_nonzero(filled)
+    if count < FEWEST_STRETCHES:
+        return _by_candidate(fit, np.zeros(len(scale)))
+    moved = sums[filled] / scale @ inverse
+    return _by_candidate(fit, np.sqrt(count / (count - 1) * np.sum(moved**2, axis=0)) / scale)
+
+
+def _inverse(products):
+    """(inverse of products at unit columns, their scale)."""
     scale = np.sqrt(np.diag(products))
     scale[scale == 0] = 1
-    inverse = np.linalg.inv(products / np.outer(scale, scale) + 1e-10 * np.eye(len(scale)))
-    left = left_of_freedom(search, fit)
-    every = list(np.sqrt(np.maximum(np.diag(inverse), 0.0) * left)[-len(columns):] / scale[-len(columns):]) if columns else []
+    return np.linalg.inv(products / np.outer(scale, scale) + 1e-10 * np.eye(len(scale))), scale
+
+
+def _by_candidate(fit, errors):
+    """Figures of all unknowns, of which the columns of a fit's candidates stand last, as one list a candidate."""
+    count = sum(len(candidate.columns) for candidate in fit.chosen)
+    every = list(errors[len(errors) - count:])
     return [[every.pop(0) for _ in candidate.columns] for candidate in fit.chosen]
 
 
@@ -174,11 +198,13 @@ def left_of_freedom(search, fit):
 
 
 def whole_errors(search, fit):
-    """Standard errors, and beside them what reconstruction makes of each strength: where an effect gains g by nothing, its strength
-    there is the root of g times the error by noise alone."""
+    """Standard errors by noise or by stretches of the motion, whichever are larger, and beside them what reconstruction makes of each
+    strength: where an effect gains g by nothing, its strength there is the root of g times the error by noise alone."""
     left, known = left_of_freedom(search, fit), search.calibration
     gains = [known.by_nothing(c.key) if known else 0.0 for c in fit.chosen]
-    return [[e * math.sqrt(1.0 + gain / left) for e in own] for gain, own in zip(gains, standard_errors(search, fit), strict=True)]
+    both = zip(gains, standard_errors(search, fit), errors_by_stretch(search, fit), strict=True)
+    return [[math.hypot(max(noise, stretch), noise * math.sqrt(gain / left)) for noise, stretch in zip(own, rough, strict=True)]
+            for gain, own, rough in both]  # fmt: skip
 
 
 def interval(candidate, strengths, errors):

@@ -38,6 +38,13 @@ class Layout:
         fold = dataset.folds[self.block]
         self.slices = [slice(*np.searchsorted(fold, [f, f + 1])) for f in range(dataset.fold_count)]
 
+    def at_rows(self, numbers):
+        """A number of every grid instant of each recording, at the rows."""
+        out = np.empty(self.rows, int)
+        for record, place in self.place.items():
+            out[place] = numbers[record][self.channel[record].thinned]
+        return out
+
     def put(self, row, record, values):
         """One column's values of one recording, thinned and weighted, to their places in `row`."""
         row[self.place[record]] = values * self.weight
@@ -288,6 +295,19 @@ class Gram:
                 residual[part] -= strengths[f] @ np.concatenate([plain[:-1, part], own[:, part]])
             out[layout.kind] = np.bincount(layout.block, residual**2, minlength=self.dataset.blocks)
         return out
+
+    def by_stretch(self, columns):
+        """Each unknown's product with what the fit to everything leaves, summed over each stretch of the motion (stretches, unknowns), and
+        the unknowns' products among themselves."""
+        strengths = self.fold_strengths(columns)[-1]
+        sums, products = np.zeros((self.dataset.stretches, len(strengths))), np.zeros((len(strengths), len(strengths)))
+        for layout, plain, own in zip(self.layouts, self.plain, self.gathered(columns), strict=True):
+            every = np.concatenate([plain[:-1], own])
+            left, stretch = plain[-1] - strengths @ every, layout.at_rows(self.dataset.stretch_of)
+            products += every @ every.T
+            for k, column in enumerate(every):
+                sums[:, k] += np.bincount(stretch, column * left, self.dataset.stretches)
+        return sums, products
 
     def settled_weights(self, columns):
         """A weight for each kind of channel by what a fit with these columns leaves of it, not by its noise alone: the joint

@@ -1,8 +1,9 @@
 """What came of spikes, counted against the recording as it is. Nothing here reads a file."""
 
-from statistics import mean
+from statistics import mean, median
 
-from ..blind.scores import NO_CAUSE, rates
+from ..blind.scores import NO_CAUSE, Bar, rates
+from . import spike_sizes
 from .spikes import FORMS, SHARES
 
 NAMED = 0.5
@@ -19,7 +20,8 @@ def judge(result, control):
     """All that is counted of one spike; `control` is the result of the recording as it is."""
     setting, report = result["setting"], result["report"]
     row = {"case": result["case"], **setting, "leaves": result["leaves"], "verdict": "", "probability": None,
-           **dict.fromkeys(("named", "exact", "there_before", "first_wrong", "further")), "outcome": "failed"}  # fmt: skip
+           **dict.fromkeys(("named", "exact", "there_before", "first_wrong", "further", "size", "size_off", "size_within")),
+           "outcome": "failed"}  # fmt: skip
     if report is None or control["report"] is None:
         return row
     before = names(control["report"], 0.0)
@@ -28,6 +30,10 @@ def judge(result, control):
     allowed = own | before
     first = verdict["effect"] if verdict["effect"] in said else None
     further = sorted(said - allowed - {first})
+    size = spike_sizes.told(setting["form"], setting["effect"], report) if setting["effect"] in said else None
+    if size and result["size"]:
+        low, value, high = size
+        row |= {"size": result["size"], "size_off": value / result["size"] - 1, "size_within": low <= result["size"] <= high}
     return row | {"verdict": verdict["effect"], "probability": verdict["probability"], "named": bool(own & said),
                   "exact": setting["effect"] in said, "there_before": bool(own & before),
                   "first_wrong": first is not None and first not in allowed, "further": " ".join(further), "outcome": "judged"}  # fmt: skip
@@ -50,12 +56,15 @@ def seen(rows):
 
 def bars(rows):
     told, fresh = [row for row in rows if row["outcome"] == "judged"], new(rows)
+    sized = [row for row in fresh if row["size"] is not None]
     return [
         rates("leaves >= 5 % of the torque: named, or its alias", (row["named"] for row in seen(fresh)), least=0.90),
         rates("... named exactly", (row["exact"] for row in seen(fresh))),
         rates("leaves less: named, or its alias", (row["named"] for row in fresh if row not in seen(fresh))),
         rates("first name wrong", (row["first_wrong"] for row in told), most=0.015),
         rates("a further effect that neither spike nor control has", (bool(row["further"]) for row in told), most=0.05),
+        rates("named rightly, and of the added form: size within its interval", (row["size_within"] for row in sized), least=0.90),
+        Bar("... off by (median, of the size)", median(abs(row["size_off"]) for row in sized) if sized else None, len(sized)),
         rates("effect that the control has already (not in the first lines)", (row["there_before"] for row in told)),
         rates("no report", (row["outcome"] == "failed" for row in rows), most=0.0),
     ]

@@ -8,14 +8,13 @@ from pathlib import Path
 
 import numpy as np
 
-from . import running
+from . import running, spike_sizes
 from .machine import Machine, model_text, read_columns, recordings, write_columns
 
 SHARES = (0.02, 0.05, 0.10, 0.20, 0.40)  # of the torque, left beyond the plain model
 WITHIN = 0.1  # of the share that is wanted
 STEPS = 6  # of the search for the strength
 LARGEST = 1.0  # an added torque may be as large as the torque (RMS): what needs more is hidden by the plain model
-LATEST_S = 0.01  # of a current
 FARTHEST_rad = 0.05  # of an angle
 
 
@@ -66,7 +65,7 @@ def droop(machine, motion, strength, rng):
 
 def late(machine, motion, strength, rng):
     """A current that is shown later than the angle."""
-    return {machine.effort_column: np.interp(machine.t - strength * LATEST_S, machine.t, machine.columns[machine.effort_column])}
+    return {machine.effort_column: np.interp(machine.t - strength * spike_sizes.LATEST_S, machine.t, machine.columns[machine.effort_column])}
 
 
 def eccentric(machine, motion, strength, rng):
@@ -185,4 +184,5 @@ def diagnose(case):
         (folder / "model.yaml").write_text(model_text(case.path), encoding="utf-8")
         write_columns(folder / "recording.csv", columns)
         return {"setting": case.setting, "strength": strength, "leaves": leaves,
+                "size": spike_sizes.added(Machine(case.path), case.form, strength),
                 **running.diagnosed(folder / "model.yaml", folder / "recording.csv", folder)}  # fmt: skip

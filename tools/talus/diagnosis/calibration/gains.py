@@ -12,7 +12,6 @@ what the recording can show, each size as likely as the next, and before the dat
 """
 
 import functools
-import itertools
 import math
 import multiprocessing
 from concurrent.futures import ProcessPoolExecutor
@@ -146,16 +145,21 @@ class Replicator:
         return out
 
     @staticmethod
-    def _source(search, fit):
-        """What replicates of a fit are made of; where there is no such machine, or it does not move as it was recorded, at the parameters
-        of the first look's best effect, or, of the plain model, those beside another one."""
-        dataset = search.dataset
-        more = () if fit.chosen else search.bases_beside([])
-        for base in itertools.chain((search.base_of(fit.chosen), search.all_terms[0].base), more):
-            whole = dataset.with_whole_inertia(base) if has_inertia(dataset, base) else None
-            source = None if whole is None else replicates.Source.of(dataset, whole, fit.chosen, fit.strengths)
-            if source:
-                return source
+    def _bases(search, fit):
+        """Base parameters that may be a fit's machine's: its own, those of the first look's best effect, and, of the plain model, those beside
+        another one."""
+        yield search.base_of(fit.chosen)
+        yield search.all_terms[0].base
+        if not fit.chosen:
+            yield from search.bases_beside([])
+
+    def _source(self, search, fit):
+        """What replicates of a fit are made of: of the first parameters that a machine can have, and that let it move as it was recorded."""
+        for base in self._bases(search, fit):
+            if has_inertia(search.dataset, base):
+                source = replicates.Source.of(search.dataset, search.dataset.with_whole_inertia(base), fit.chosen, fit.strengths)
+                if source:
+                    return source
         return None
 
     def _each(self, source, chosen, numbers):
