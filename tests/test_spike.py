@@ -204,16 +204,16 @@ def test_the_tally_by_hand():
 def test_a_size_is_what_the_reports_parameter_would_be(arm, form, size):
     """One ampere is 1 Nm: the added current is the effect's torque along the motion."""
     more = spiked(arm, form, 0.3)["joint_current_A"] - arm.columns["joint_current_A"]
-    assert spike_sizes.added(arm, form, 0.3) == pytest.approx(size(more, arm.motion()), rel=0.03)
+    assert spike_sizes.added(spikes.FORMS[form].size, arm, 0.3) == pytest.approx(size(more, arm.motion()), rel=0.03)
 
 
 def test_sizes_of_other_forms_are_not_compared():
     whole = {"effect": "load_friction", "parameters": {"coefficient": 0.1, "exponent": 2.0}, "interval": {"coefficient": [0.0, 0.2]}}
-    report = {"effects": [whole]}
-    assert spike_sizes.told("load_proportional", "load_friction", report) is None
+    report, told = {"effects": [whole]}, lambda form, effect: spike_sizes.told(spikes.FORMS[form].size, effect, report)
+    assert told("load_proportional", "load_friction") is None
     whole["parameters"]["exponent"] = 1.0
-    assert spike_sizes.told("load_proportional", "load_friction", report) == (0.0, 0.1, 0.2)
-    assert spike_sizes.told("load_proportional", "stribeck", report) is None and spike_sizes.told("spring_cubic", "load_friction", report) is None
+    assert told("load_proportional", "load_friction") == (0.0, 0.1, 0.2)
+    assert told("load_proportional", "stribeck") is None and told("spring_cubic", "load_friction") is None
 
 
 def test_the_page_says_what_was_missed(tmp_path, capsys):

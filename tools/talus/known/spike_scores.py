@@ -30,7 +30,7 @@ def judge(result, control):
     allowed = own | before
     first = verdict["effect"] if verdict["effect"] in said else None
     further = sorted(said - allowed - {first})
-    size = spike_sizes.told(setting["form"], setting["effect"], report) if setting["effect"] in said else None
+    size = spike_sizes.told(FORMS[setting["form"]].size, setting["effect"], report) if setting["effect"] in said else None
     if size and result["size"]:
         low, value, high = size
         row |= {"size": result["size"], "size_off": value / result["size"] - 1, "size_within": low <= result["size"] <= high}

@@ -48,21 +48,19 @@ def bumper(machine, motion, strength):
     return torque(machine, strength) * 2 / (high - low)
 
 
-SIZES = {
-    "asymmetric_viscous": Size(lambda m, x, s: torque(m, s) / x.top, "viscous_Nms_rad", lambda p: not p.get("coulomb_Nm")),
-    "load_proportional": Size(lambda m, x, s: torque(m, s) / m.rms(m.fitted()[1]), "coefficient", lambda p: p.get("exponent", 1.0) == 1.0),
-    "spring_bumper": Size(bumper, "bumper_Nm_rad", lambda p: p.get("bumper_Nm_rad", 0.0) > 0),
-    "cogging": Amplitude(lambda m, x, s: torque(m, s), "", lambda p: "per_turn_2" not in p),
-    "late_current": Size(lambda m, x, s: s * LATEST_S, "delay_s"),
-}
+ASYMMETRY = Size(lambda m, x, s: torque(m, s) / x.top, "viscous_Nms_rad", lambda p: not p.get("coulomb_Nm"))
+OF_LOAD = Size(lambda m, x, s: torque(m, s) / m.rms(m.fitted()[1]), "coefficient", lambda p: p.get("exponent", 1.0) == 1.0)
+BUMPER = Size(bumper, "bumper_Nm_rad", lambda p: p.get("bumper_Nm_rad", 0.0) > 0)
+TEETH = Amplitude(lambda m, x, s: torque(m, s), "", lambda p: "per_turn_2" not in p)
+LATE = Size(lambda m, x, s: s * LATEST_S, "delay_s")
 
 
-def added(machine, form, strength):
+def added(size, machine, strength):
     """Of a spike in the unit of the report's parameter; None where the report has no such one."""
-    return float(SIZES[form].added(machine, machine.motion(), strength)) if form in SIZES else None
+    return float(size.added(machine, machine.motion(), strength)) if size else None
 
 
-def told(form, effect, report):
+def told(size, effect, report):
     """(low, value, high) that a report says of a spike's effect; None where it says none."""
     mine = [one for one in report["effects"] if one["effect"] == effect]
-    return SIZES[form].said(mine[0]) if form in SIZES and mine else None
+    return size.said(mine[0]) if size and mine else None

@@ -80,12 +80,13 @@ def eccentric(machine, motion, strength, rng):
 
 @dataclass(frozen=True)
 class Form:
-    """`applies(machine)`: whether this machine can have it."""
+    """`applies(machine)`: whether this machine can have it; `size`: how a report tells how large it is."""
 
     effect: str
     spike: object
     applies: object = lambda machine: True
     alias: tuple = ()
+    size: spike_sizes.Size | None = None
 
 
 def slides(machine):
@@ -108,16 +109,18 @@ FORMS = {
     "viscous_quadratic": Form("nonlinear_viscous", torque(lambda m, x, rng: (x.speed / x.top) ** 2 * x.direction), slides),
     "viscous_levelling": Form(
         "nonlinear_viscous", torque(lambda m, x, rng: np.tanh(np.abs(x.speed) / (0.3 * x.top)) * x.direction), slides),
-    "asymmetric_viscous": Form("asymmetric_friction", torque(lambda m, x, rng: np.abs(x.speed) / x.top), slides),
+    "asymmetric_viscous": Form("asymmetric_friction", torque(lambda m, x, rng: np.abs(x.speed) / x.top), slides, size=spike_sizes.ASYMMETRY),
     "position_wave": Form("position_friction", torque(wave), has_angle),
     "load_proportional": Form(
-        "load_friction", torque(of_load), lambda m: m.slides and (m.load_sensor or m.gravity), ("directional_efficiency",)),
+        "load_friction", torque(of_load), lambda m: m.slides and (m.load_sensor or m.gravity), ("directional_efficiency",),
+        spike_sizes.OF_LOAD),
     "drift_exponential": Form("friction_drift", torque(drift), slides),
     "spring_cubic": Form("parallel_spring", torque(lambda m, x, rng: over_range(m, x) ** 3), has_angle),
-    "spring_bumper": Form("parallel_spring", torque(lambda m, x, rng: np.maximum(over_range(m, x) - 0.2, 0.0)), has_angle),
-    "cogging": Form("cogging", torque(teeth), turns),
+    "spring_bumper": Form("parallel_spring", torque(lambda m, x, rng: np.maximum(over_range(m, x) - 0.2, 0.0)), has_angle,
+                          size=spike_sizes.BUMPER),
+    "cogging": Form("cogging", torque(teeth), turns, size=spike_sizes.TEETH),
     "saturation": Form("torque_saturation", droop, lambda m: not m.slider),
-    "late_current": Form("delay", late),
+    "late_current": Form("delay", late, size=spike_sizes.LATE),
     "eccentric": Form("encoder_eccentricity", eccentric, lambda m: turns(m) and m.gravity),
 }  # fmt: skip
 
@@ -184,5 +187,5 @@ def diagnose(case):
         (folder / "model.yaml").write_text(model_text(case.path), encoding="utf-8")
         write_columns(folder / "recording.csv", columns)
         return {"setting": case.setting, "strength": strength, "leaves": leaves,
-                "size": spike_sizes.added(Machine(case.path), case.form, strength),
+                "size": spike_sizes.added(FORMS[case.form].size, Machine(case.path), strength) if case.form else None,
                 **running.diagnosed(folder / "model.yaml", folder / "recording.csv", folder)}  # fmt: skip
