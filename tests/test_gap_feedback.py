@@ -88,7 +88,7 @@ def test_order_of_a_motion_that_repeats_is_the_mean_of_its_periods():
     recording, random = even(8000, 0.004), np.random.default_rng(10)
     t, law = recording.t_s, feedback.Law(0.0, 0.0, 0.001, 1.0)
     clean, inner, left = np.sin(2 * np.pi * t / 2.0), slice(200, -200), []
-    for _ in range(100):  # of one noise few lines are left
+    for _ in range(40):  # of one noise few lines are left
         noisy = clean + random.standard_normal(8000)
         once, mean = (feedback.order(recording, law, 0.0 * t, noisy, TICK_S, period_s)[0] for period_s in (None, 2.0))
         assert mean[500:20000] == pytest.approx(mean[2500:22000], abs=1e-9)
