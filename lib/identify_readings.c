@@ -243,15 +243,19 @@ static void mark_unclear(const tl_problem *p, tl_identify_result *result) {
 
 /* ---- all of it -------------------------------------------------------------- */
 
-static int has_rows(const tl_factor *f, int bases) {
-  return f->rows > 0 && f->columns == bases;
+/* rows as they were recorded, and readings of the problem's columns? */
+static int are_readings(const tl_readings *r, int bases) {
+  int k, all = r->as_recorded.rows > 0 && r->as_recorded.columns == bases;
+
+  for (k = 0; k < TL_ROUNDINGS; k++) all &= r->rounded[k].columns == bases;
+  return all;
 }
 
 /* are there rounded readings in which nothing moves any more? */
-static int is_rounded_away(const tl_readings *r, int bases) {
+static int is_rounded_away(const tl_readings *r) {
   int k, away = 0;
 
-  for (k = 0; k < TL_ROUNDINGS; k++) away |= !has_rows(&r->rounded[k], bases);
+  for (k = 0; k < TL_ROUNDINGS; k++) away |= r->rounded[k].rows == 0;
   return away;
 }
 
@@ -292,9 +296,8 @@ tl_status tl_identify_readings(const tl_problem *problem, const tl_readings *rea
   int k;
   tl_status status;
 
-  if (!problem || !readings || !result || !has_rows(&readings->as_recorded, problem->bases))
-    return TL_ERR_ARGUMENT;
-  if (is_rounded_away(readings, problem->bases)) {
+  if (!problem || !readings || !result || !are_readings(readings, problem->bases)) return TL_ERR_ARGUMENT;
+  if (is_rounded_away(readings)) {
     hide_all(problem, result);
     return TL_OK;
   }

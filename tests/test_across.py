@@ -3,12 +3,13 @@ the whole check on real recordings."""
 
 import csv
 import json
+import re
 
 import numpy as np
 import pytest
 import yaml
 from scoring_reference import score
-from support import DATA, REPOSITORY, needs_data
+from support import DATA, REPOSITORY, needs_data, run
 
 import talus
 from talus.known import across, across_outputs, across_scores, machine
@@ -38,7 +39,21 @@ def test_joints_of_an_arm_are_no_recordings_of_one_machine(tmp_path):
     (tmp_path / "ur10e_joints").mkdir()
     for joint in (1, 2):
         (tmp_path / "ur10e_joints" / f"ur10e_joint_{joint}.csv").write_text("time_s\n0\n")
-    assert across.draw(tmp_path) == []
+    with pytest.raises(OSError, match="no two recordings of one machine here"):
+        across.draw(tmp_path)
+
+
+def test_a_folder_without_pairs_ends_with_one_line(tmp_path, capsys):
+    assert main(["across", "--data", str(folder_of(tmp_path, "ak80_A_one")), "--out", str(tmp_path)]) == 1
+    assert re.fullmatch("known: .*: no two recordings of one machine here .*\n", capsys.readouterr().err)
+
+
+def test_a_program_that_fails_is_told_in_one_line(tmp_path, capsys):
+    """Its recordings hold nothing that could be identified."""
+    data = folder_of(tmp_path, "ak80_A_one", "ak80_A_two")
+    (data / "ak80_9_dyno" / "model.yaml").write_text(PENDULUM)
+    assert main(["across", "--data", str(data), "--out", str(tmp_path / "out")]) == 1
+    assert re.fullmatch("known: talus-identify ended with status 2: .*\n", capsys.readouterr().err)
 
 
 # ---- errors ------------------------------------------------------------------------------
@@ -59,7 +74,7 @@ def sticky(tmp_path_factory):
 
 def test_the_error_is_the_scores(sticky):
     folder, (path, _) = sticky
-    across.program("talus-predict", "--model", folder / "model.yaml", "--out", folder / "p.csv", path)
+    run("talus-predict", "--model", folder / "model.yaml", "--out", folder / "p.csv", path)
     read, predicted = machine.read_columns(path), machine.read_columns(folder / "p.csv")
     drive = yaml.safe_load(PENDULUM)["joint"]
     torque = drive["torque_constant_Nm_A"] * drive["transmission"]["ratio"] * read["joint_current_A"]
@@ -72,7 +87,8 @@ def test_the_error_is_the_scores(sticky):
 def test_true_effects_lower_the_error_on_another_recording(sticky):
     """The file's parameters are those of the simulation, so that beside its effects nothing but noise is left."""
     folder, (first, second) = sticky
-    found = across.errors(across.Source("emps", first, (second,)), second, folder)
+    plain = across.identified(PENDULUM, first, folder / "plain.yaml")
+    found = across.errors(plain, folder / "found.yaml", second, folder)
     assert found["recording"] == "emps_2"
     assert found["effects"] < 0.5 * found["plain"] and found["effects_anew"] < 0.5 * found["plain_anew"]
     assert found["plain_anew"] <= found["plain"] * 1.02  # its own parameters suit it at least as well as another one's
@@ -111,8 +127,8 @@ def test_the_tally_by_hand():
         ("a", "b", True, True, True), ("a", "c", True, False, True), ("b", "a", False, True, False),
         ("c", "a", False, False, False), ("d", "e", True, False, False)]  # fmt: skip
     # the ripple's two recordings are not of the same state, and `unknown` names nothing
-    assert [(bar.value, bar.count, bar.met) for bar in across_scores.bars(rows)] == [
-        (0.5, 2, False), (1.0, 2, True), (1.0, 1, None), (0.0, 1, None)]  # fmt: skip
+    assert [(bar.value, bar.count, bar.met) for bar in across_scores.bars(rows, BY_HAND)] == [
+        (0.5, 2, False), (1.0, 2, True), (1.0, 1, None), (0.0, 1, None), (0.2, 5, False)]  # fmt: skip
     emps, ripple = across_scores.by_machine(rows)
     assert (emps["pairs"], emps["with_effects"], emps["claimed"], emps["lower"], emps["plain"], emps["effects"]) == (4, 3, 2, 2, 10.0, 5.0)
     assert (ripple["machine"], ripple["lower"]) == ("ak80_ripple", 0)
@@ -120,11 +136,13 @@ def test_the_tally_by_hand():
 
 def test_the_page_and_the_files(tmp_path, capsys):
     across_outputs.across(BY_HAND, tmp_path)
-    assert "ak80_ripple (not the same)" in capsys.readouterr().out
+    assert "ak80_ripple (not counted)" in capsys.readouterr().out
     assert "Of 2 pairs with effects claimed at 0.9 or more, the error falls in 1." in (tmp_path / "across.html").read_text()
     assert len(list(csv.DictReader((tmp_path / "across.csv").read_text().splitlines()))) == 5
     report = json.loads((tmp_path / "across.json").read_text())
     assert report["schema"] == "talus-across/1" and len(report["cases"]) == 5
+    with pytest.raises(RuntimeError, match="no recording has a report"):
+        across_outputs.across(BY_HAND[-1:], tmp_path)
 
 
 # ---- real recordings ---------------------------------------------------------------------
@@ -136,7 +154,7 @@ def test_effects_that_are_claimed_lower_the_error_on_every_other_recording(tmp_p
     assert main(arguments) == 0
     first = capsys.readouterr().out
     report = json.loads((tmp_path / "across.json").read_text())
-    assert [bar["met"] for bar in report["bars"][:2]] == [True, True], first
+    assert [bar["met"] for bar in report["bars"][:2]] == [True, True] and report["bars"][-1]["met"], first
     machines = {one["machine"]: one for one in report["machines"]}
     assert machines["ak80_A"]["claimed"] == 12 and machines["ak80_A"]["effects"] < 0.3 * machines["ak80_A"]["plain"]
     assert machines["embir_geared"]["lower"] == machines["ak80_B"]["lower"] == 2

@@ -84,7 +84,9 @@ def fitted(random, stretches, lasting):
     found = np.linalg.lstsq(x.T, y, rcond=None)[0]
     left = y - found @ x
     sums = np.array([np.bincount(number, column * left) for column in x]).T
-    search = SimpleNamespace(columns=lambda chosen: None, gram=SimpleNamespace(by_stretch=lambda columns: (sums, x @ x.T)))
+    rows = np.vstack([x, y])
+    gram = SimpleNamespace(gathered=lambda columns: None, products=lambda own: rows @ rows.T, by_stretch=lambda columns: sums)
+    search = SimpleNamespace(columns=lambda chosen: None, gram=gram)
     fit = SimpleNamespace(chosen=[SimpleNamespace(columns=[None])])
     return found[1], figures.errors_by_stretch(search, fit)[0][0], np.sqrt(np.linalg.inv(x @ x.T)[1, 1] * np.mean(left**2))
 
@@ -114,8 +116,10 @@ def test_stretches_of_a_motion_that_repeats_are_parts_of_its_period(tmp_path):
     assert period_s < 0.5 * (t[-1] - t[0]) and dataset.stretches <= 40 and set(number) == set(range(dataset.stretches))
     again = int(round(period_s / (t[1] - t[0])))
     assert np.mean(number[again:] == number[:-again]) > 0.95
-    sums, products = search.gram.by_stretch(columns)
-    (plain,), (own,) = search.gram.plain, search.gram.gathered(columns)
-    every = np.concatenate([plain[:-1], own])
-    left = plain[-1] - search.gram.fold_strengths(columns)[-1] @ every
-    assert products == pytest.approx(every @ every.T) and sums.sum(0) == pytest.approx(every @ left, abs=1e-6 * np.abs(every).max())
+    sums = search.gram.by_stretch(columns)
+    (plain,), (own,), base = search.gram.plain, search.gram.gathered(columns), search.gram.base
+    every = np.concatenate([plain[base], own])
+    strengths = search.gram.fold_strengths(columns)[-1]
+    left = plain[-1] - np.concatenate([strengths[base], strengths[search.gram.first:]]) @ every
+    assert sums.sum(0) == pytest.approx(every @ left, abs=1e-6 * np.abs(every).max())
+    assert np.abs(sums).max() > 100 * np.abs(sums.sum(0)).max()  # the fit leaves no product with its own columns, each stretch does

@@ -36,9 +36,9 @@ def toy(seed, noise=0.2, n=4000):
     return seen, y, rounded, longer
 
 
-def answer(seed, noise=0.2, residuals=False, still=None):
+def answer(seed, noise=0.2, residuals=False, still=None, other=None):
     """(result, rows of the toy); without `residuals` the standard deviations are from the readings alone. `still`: a rounded reading in
-    which nothing moves."""
+    which nothing moves; `other`: one of another problem."""
     seen, y, rounded, longer = toy(seed, noise)
     model = talus.Model("slider")
     model.set_parameters(mass_kg=70.0, coulomb_N=15.0, viscous_Ns_m=100.0)
@@ -58,6 +58,8 @@ def answer(seed, noise=0.2, residuals=False, still=None):
         check(lib.tl_problem_merge(problem, factor_of(x, y), out))
     if still is not None:
         readings.rounded[still].rows = 0
+    if other is not None:
+        readings.rounded[other].columns += 1
     check(lib.tl_identify_readings(problem, readings, result))
     return result, seen, y, rounded, longer
 
@@ -99,6 +101,12 @@ def test_noise_that_hides_the_whole_motion_hides_every_parameter():
     result = answer(3, residuals=True, still=2)[0]
     assert all(result.hidden[i] and np.isnan(result.sigma[i]) and np.isnan(result.base_sigma[i]) for i in range(4))
     assert [result.systematic[i] for i in range(4)] == [abs(result.value[i]) for i in range(4)]
+
+
+@pytest.mark.parametrize("still", [None, 1])
+def test_readings_of_another_problem_are_refused(still):
+    with pytest.raises(talus.TalusError):
+        answer(3, still=still, other=2)
 
 
 def test_rounding_adds_twice_the_noise_and_differs_each_time():

@@ -159,17 +159,14 @@ def closes(dataset, before, last, now):
 
 def standard_errors(search, fit):
     """Standard deviation of every strength, by the noise and by what is left beside it; one list a candidate."""
-    columns = search.columns(fit.chosen)
-    inverse, scale = _inverse(search.gram.products(search.gram.gathered(columns))[:-1, :-1])
-    errors = np.sqrt(np.maximum(np.diag(inverse), 0.0) * left_of_freedom(search, fit)) / scale
-    return _by_candidate(fit, errors)
+    inverse, scale = _inverse(search, fit)
+    return _by_candidate(fit, np.sqrt(np.maximum(np.diag(inverse), 0.0) * left_of_freedom(search, fit)) / scale)
 
 
 def errors_by_stretch(search, fit):
     """The same by what the fit leaves in each stretch of the motion (Liang and Zeger 1986): what a model lacks of a place or a speed stays
     the same for as long as the joint is there. 0 where stretches are too few to tell."""
-    sums, products = search.gram.by_stretch(search.columns(fit.chosen))
-    inverse, scale = _inverse(products)
+    (inverse, scale), sums = _inverse(search, fit), search.gram.by_stretch(search.columns(fit.chosen))
     filled = np.any(sums != 0, axis=1)
     count = np.count_nonzero(filled)
     if count < FEWEST_STRETCHES:
@@ -178,8 +175,9 @@ def errors_by_stretch(search, fit):
     return _by_candidate(fit, np.sqrt(count / (count - 1) * np.sum(moved**2, axis=0)) / scale)
 
 
-def _inverse(products):
-    """(inverse of products at unit columns, their scale)."""
+def _inverse(search, fit):
+    """(inverse of a fit's normal equations at unit columns, their scale)."""
+    products = search.gram.products(search.gram.gathered(search.columns(fit.chosen)))[:-1, :-1]
     scale = np.sqrt(np.diag(products))
     scale[scale == 0] = 1
     return np.linalg.inv(products / np.outer(scale, scale) + 1e-10 * np.eye(len(scale))), scale

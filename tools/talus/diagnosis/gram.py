@@ -297,17 +297,17 @@ class Gram:
         return out
 
     def by_stretch(self, columns):
-        """Each unknown's product with what the fit to everything leaves, summed over each stretch of the motion (stretches, unknowns), and
-        the unknowns' products among themselves."""
+        """Each unknown's product with what the fit to everything leaves, in the order of products(), summed over each stretch of the motion:
+        (stretches, unknowns)."""
         strengths = self.fold_strengths(columns)[-1]
-        sums, products = np.zeros((self.dataset.stretches, len(strengths))), np.zeros((len(strengths), len(strengths)))
+        strengths = np.concatenate([strengths[self.base], strengths[self.first:]])
+        sums = np.zeros((self.dataset.stretches, len(strengths)))
         for layout, plain, own in zip(self.layouts, self.plain, self.gathered(columns), strict=True):
-            every = np.concatenate([plain[:-1], own])
+            every = np.concatenate([plain[self.base], own])
             left, stretch = plain[-1] - strengths @ every, layout.at_rows(self.dataset.stretch_of)
-            products += every @ every.T
             for k, column in enumerate(every):
                 sums[:, k] += np.bincount(stretch, column * left, self.dataset.stretches)
-        return sums, products
+        return sums
 
     def settled_weights(self, columns):
         """A weight for each kind of channel by what a fit with these columns leaves of it, not by its noise alone: the joint

@@ -3,6 +3,7 @@
 import contextlib
 import functools
 import gc
+import itertools
 import math
 
 import numpy as np
@@ -229,12 +230,11 @@ class Search:
         """Base parameters fitted with these candidates, to all blocks."""
         return self.gram.fold_strengths(self.columns(chosen))[-1][:self.dataset.bases]
 
-    def bases_beside(self, chosen):
-        """Base parameters that a machine can have beside one more effect, of those that close most first: what is not in the model can
-        turn its inertia negative, or make it a machine that does not move as it was recorded."""
-        for fit in self.scan(chosen, looking=True)[:BEAM]:
-            if has_inertia(self.dataset, base := self.base_of(fit.chosen)):
-                yield base
+    def bases_beside(self):
+        """Base parameters that a machine can have beside one effect, of the few that close most: what is not in the model can turn its
+        inertia negative, or make it a machine that does not move as it was recorded."""
+        every = (self.base_of(fit.chosen) for fit in self.scan([], looking=True))
+        return itertools.islice((base for base in every if has_inertia(self.dataset, base)), BEAM)
 
     def led_to(self, chosen, best):
         """While much is left: fits with one more effect, of each (effect, joint) the one that is found downhill from the best
@@ -413,7 +413,7 @@ def machine_bases(dataset):
     plain = plain_base(dataset)
     if has_inertia(dataset, plain):
         yield plain
-    yield from Search(dataset, dataset.identified, sparse if dataset.at_motor else list).bases_beside([])
+    yield from Search(dataset, dataset.identified, sparse if dataset.at_motor else list).bases_beside()
 
 
 def search(dataset, base, step=lambda text, part=0.0: None, seed=1, replicated=True):

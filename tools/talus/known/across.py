@@ -1,13 +1,13 @@
 """Effects found on one recording of a real machine, on its other recordings: whatever the diagnosis found, the machine had it there, too."""
 
 import json
-import subprocess
 import tempfile
 from dataclasses import dataclass
 from pathlib import Path
 
 import yaml
 
+from ..blind.running import BUILD, quiet
 from . import running
 from .machine import model_text, recordings
 
@@ -33,26 +33,26 @@ class Source:
 def draw(data):
     """Every recording that has others of its machine, by name."""
     of_machine = {machine: [path for path in recordings(data) if path.stem.startswith(machine)] for machine in MACHINES}
-    return [Source(machine, path, tuple(other for other in paths if other != path))
-            for machine, paths in of_machine.items() for path in paths if len(paths) > 1]  # fmt: skip
-
-
-def program(name, *arguments):
-    """Runs one of the project's programs."""
-    subprocess.run([running.BUILD / "bin" / name, *map(str, arguments)], check=True, capture_output=True)
+    drawn = [Source(machine, path, tuple(other for other in paths if other != path))
+             for machine, paths in of_machine.items() for path in paths if len(paths) > 1]  # fmt: skip
+    if not drawn:
+        raise OSError(f"{data}: no two recordings of one machine here (TALUS_DATA names the folder)")
+    return drawn
 
 
 def error_percent(model, recording, folder):
     """What a model's prediction leaves of a recording's torque."""
-    program("talus-predict", "--model", model, "--report", folder / "error.json", recording)
+    quiet(BUILD / "bin" / "talus-predict", "--model", model, "--report", folder / "error.json", recording)
     (joint,) = json.loads((folder / "error.json").read_text())["error"].values()
     return joint["relative_percent"]
 
 
-def identified(model, recording, folder):
-    """The model file of parameters identified on a recording, beside the effects that the given one has."""
-    program("talus-identify", "--quiet", "--model", model, "--out", folder / "identified.yaml", "--report", folder / "identified.json", recording)
-    return folder / "identified.yaml"
+def identified(text, recording, out):
+    """The model file of parameters identified on a recording, beside the effects of a model file's text."""
+    given = out.with_name(f"given-{out.name}")
+    given.write_text(text, encoding="utf-8")
+    quiet(BUILD / "bin" / "talus-identify", "--quiet", "--model", given, "--out", out, "--report", out.with_suffix(".json"), recording)
+    return out
 
 
 def with_effects(text, found):
@@ -61,24 +61,21 @@ def with_effects(text, found):
     return text + (yaml.safe_dump({"effects": effects}, default_flow_style=None, width=1000) if effects else "")
 
 
-def errors(case, other, folder):
-    """Of another recording: by all that was identified on the first one, without and with its effects; and by parameters that are
-    identified on the other one itself, without and with the effects of the first one, as they were found there."""
-    own, anew, beside = folder / "own.yaml", folder / "anew.yaml", folder / "beside.yaml"
-    own.write_text(model_text(case.path), encoding="utf-8")
-    anew.write_text(model_text(other), encoding="utf-8")
-    beside.write_text(with_effects(model_text(other), folder / "found.yaml"), encoding="utf-8")
-    return {"recording": other.stem, "plain": error_percent(identified(own, case.path, folder), other, folder),
-            "effects": error_percent(folder / "found.yaml", other, folder),
-            "plain_anew": error_percent(identified(anew, other, folder), other, folder),
-            "effects_anew": error_percent(identified(beside, other, folder), other, folder)}  # fmt: skip
+def errors(plain, found, other, folder):
+    """Of another recording: by all that was identified on the first one, without (`plain`) and with its effects (`found`); and by parameters
+    that are identified on the other one itself, without and with the effects of the first one, as they were found there."""
+    text = model_text(other)
+    anew = identified(text, other, folder / "anew.yaml")
+    beside = identified(with_effects(text, found), other, folder / "beside.yaml")
+    models = {"plain": plain, "effects": found, "plain_anew": anew, "effects_anew": beside}
+    return {"recording": other.stem, **{name: error_percent(model, other, folder) for name, model in models.items()}}
 
 
 def diagnose(case):
-    """A recording's diagnosis, and the errors on the others."""
+    """A recording's diagnosis, and the errors on the others; none where there is no report."""
     with tempfile.TemporaryDirectory(prefix="across-") as temporary:
-        folder = Path(temporary)
-        (folder / "model.yaml").write_text(model_text(case.path), encoding="utf-8")
-        found = running.diagnosed(folder / "model.yaml", case.path, folder, "--save-model", folder / "found.yaml")
-        others = [errors(case, other, folder) for other in case.others] if found["report"] else []
+        folder, text = Path(temporary), model_text(case.path)
+        plain, saved = identified(text, case.path, folder / "plain.yaml"), folder / "found.yaml"
+        found = running.diagnosed(folder / "given-plain.yaml", case.path, folder, "--save-model", saved)
+        others = [errors(plain, saved, other, folder) for other in case.others] if found["report"] else []
         return {"setting": {"machine": case.machine}, **found, "others": others}

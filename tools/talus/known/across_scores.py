@@ -9,7 +9,7 @@ CLAIMED = 0.9
 
 
 def judged(results):
-    """A row for each pair of recordings: where the effects were found, and where the error is told."""
+    """A row for each pair of recordings: where the effects were found, and where they are tested."""
     rows = []
     for result in (one for one in results if one["report"]):
         verdict, effects = result["report"]["verdict"], result["report"]["effects"]
@@ -28,13 +28,14 @@ def claimed(rows):
     return [row for row in rows if row["claimed"] and row["machine"] not in NOT_THE_SAME]
 
 
-def bars(rows):
+def bars(rows, results):
     named = [row for row in rows if row["listed"] and not row["claimed"] and row["machine"] not in NOT_THE_SAME]
     return [
         rates("claimed with p >= 0.9: lowers the error on another recording", (row["lower"] for row in claimed(rows)), least=1.0),
         rates("... whose parameters are identified anew", (row["lower_anew"] for row in claimed(rows)), least=1.0),
         rates("named with less: lowers it", (row["lower"] for row in named)),
         rates("... whose parameters are identified anew", (row["lower_anew"] for row in named)),
+        rates("no report", (one["report"] is None for one in results), most=0.0),
     ]
 
 

@@ -61,8 +61,9 @@ def law_of(processed_recordings, positions, torques):
 
 
 def order(processed, law, position, torque, tick_s, period_s=None):
-    """What the torque is beside the law, smooth and without what the encoder's steps make of it, at a loop's ticks from `first_tick_s` after each part's first sample on, an array a
-    part. Where the motion repeats it is the mean over its periods, and repeats as exactly: a drive's answer to its encoder's steps does, too."""
+    """What the torque is beside the law, smooth and without what the encoder's steps make of it, an array a part: at a loop's ticks, from
+    `first_tick_s` after the part's first sample on. Where the motion repeats it is the mean over its periods, and repeats as exactly: a drive's
+    answer to its encoder's steps does, too."""
     floor = _folded(torque[processed.inside], processed.step_s)
     position, torque, out = processed.resample(position), processed.resample(torque), []
     spring, damper = law.stiffness, law.damping

@@ -151,7 +151,7 @@ class Replicator:
         yield search.base_of(fit.chosen)
         yield search.all_terms[0].base
         if not fit.chosen:
-            yield from search.bases_beside([])
+            yield from search.bases_beside()
 
     def _source(self, search, fit):
         """What replicates of a fit are made of: of the first parameters that a machine can have, and that let it move as it was recorded."""

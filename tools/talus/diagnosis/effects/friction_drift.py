@@ -23,7 +23,7 @@ def _over_session(all_terms):
 
 def candidates(at):
     """Strengths are shares of the friction at the fitted parameters; the model file has them in torques. What changes does
-    so from the begin, so that the base parameters are the friction there, which is positive; and hardly turns over."""
+    so from the begin, so that the base parameters are the friction there, which is positive; and it stays friction."""
     j = at.number
     dry, viscous = (max(float(x[j]), 0.0) for x in (at.all_terms[0].coulomb_Nm, at.all_terms[0].viscous))
     of_all, of_dry = {"coulomb_Nm": dry, "viscous_Nms_rad": viscous}, {"coulomb_Nm": dry}
