@@ -193,9 +193,9 @@ TL_CHECK tl_status tl_problem_merge(const tl_problem *problem, const tl_factor *
 TL_CHECK tl_status tl_reading_share(const tl_problem *problem, const tl_factor *reading, double *share);
 
 /* After tl_identify_sigma: adds to the variances what the readings tell (docs/signal.md has the formulas), and finds the
- * parameters that noise hides: all of them where a rounded reading has no rows, for then noise hides the whole motion, and
- * what each differs by (`systematic`) is its own size. TL_ERR_ARGUMENT where as_recorded has no rows, or a reading other
- * columns than the problem. */
+ * parameters that noise hides. Where a rounded reading has no rows, noise hides the whole motion: every parameter is hidden,
+ * and its `systematic` is as large as its value. TL_ERR_ARGUMENT where as_recorded has no rows, or a reading other columns
+ * than the problem. */
 TL_CHECK tl_status tl_identify_readings(const tl_problem *problem, const tl_readings *readings,
                                         tl_identify_result *result);
 

@@ -55,8 +55,8 @@ class Lowpass:
 def too_coarse(model):
     """The finding where nothing is left."""
     inertia = "inertia" if model.torque_unit == "Nm" else "mass"
-    return Finding("coarse", True, "", f"steps and noise of the angles are so large that nothing is left of the identified {inertia}, at any "
-                   "low-pass", "a finer encoder, or faster motion over a larger range")  # fmt: skip
+    return Finding("coarse", True, "", "steps and noise of the angles are so large, or the machine is so unlike the model, that nothing is left of "
+                   f"the identified {inertia}, at any low-pass", "a finer encoder, or faster motion over a larger range")  # fmt: skip
 
 
 def processed_at(model, recordings, names, hz):
