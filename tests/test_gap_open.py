@@ -44,3 +44,38 @@ def test_joints_are_not_counted():
     """The same gap at one joint alone, and at the first of two whose other one shows nothing."""
     for left in ((500.0, 10.0), (500.0, 400.0)):
         assert open_share("knee", LEG, {"T0": left, "T1": (10.0, 10.0)}) == open_share("joint", JOINT, {"T0": left})
+
+
+# ---- what a doubt about the first effect leaves in front ---------------------
+
+
+def candidate(effect):
+    return SimpleNamespace(key=(effect, "joint"))
+
+
+FIRST, FURTHER, RIVAL, ITS_OWN = map(candidate, ("linkage_error", "backlash", "encoder_eccentricity", "delay"))
+PLAIN = SimpleNamespace(chosen=[])
+
+
+def doubted(probabilities, rival_fit):
+    """The verdict of a search, whose first effect gets 0.45 at the most, and in whose place `rival_fit` could stand."""
+    search = SimpleNamespace(plain=PLAIN, fit=lambda chosen: SimpleNamespace(chosen=list(chosen)))
+    given = [(p, effect, "none" if effect == "unknown" else "joint") for effect, p in probabilities.items()]
+    found = verdict.Verdict(given, search.fit([FIRST, FURTHER]), 0.0)
+    found.further, found.likeliest = {FURTHER.key: 0.9}, {RIVAL.key: search.fit(rival_fit)}
+    verdict.with_named_in_front(search, found.doubted(0.45))
+    return found, [c.key for c in found.fit.chosen]
+
+
+def test_the_named_effect_is_the_first_of_those_that_are_listed():
+    """The contract: the verdict is the first of `effects`."""
+    found, listed = doubted({"linkage_error": 0.52, "encoder_eccentricity": 0.48}, [FURTHER, RIVAL])
+    assert (found.effect, found.joint) == RIVAL.key and listed == [RIVAL.key, FURTHER.key] and found.further == {FURTHER.key: 0.9}
+    found, listed = doubted({"linkage_error": 0.8, "encoder_eccentricity": 0.2}, [FURTHER, RIVAL])
+    assert (found.effect, found.joint) == FIRST.key and listed == [FIRST.key, FURTHER.key]
+    assert doubted({"linkage_error": 0.5, "encoder_eccentricity": 0.03, "unknown": 0.47}, [FURTHER, RIVAL])[1] == []
+
+
+def test_what_only_a_rivals_fit_has_is_not_said_with_confidence():
+    found, listed = doubted({"linkage_error": 0.52, "encoder_eccentricity": 0.48}, [ITS_OWN, RIVAL])
+    assert listed == [RIVAL.key, ITS_OWN.key] and found.further == {ITS_OWN.key: 0.45}

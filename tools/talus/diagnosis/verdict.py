@@ -31,6 +31,7 @@ class Verdict:
         total = sum(p[0] for p in kept)
         self.probabilities = [(p / total, effect, joint) for p, effect, joint in kept]
         self.fit, self.open_share = fit, open_share
+        self.likeliest = {}  # (effect, joint): the likeliest fit with that effect, which stands last in it
         self.stable = None  # does it survive half the low-pass? None where nothing is named, or that was not tried
         self.further = {}  # (effect, joint): probability of each effect after the first
         self.beyond = None  # outside.beside.Beyond: what could stand there that is in no catalogue
@@ -219,9 +220,24 @@ def judge(search, fit, half=None, around=(), fixed=True):
     if half or around:
         verdict.stable = survives(search, verdict.fit, verdict.rivals, at_half) if half else first.key in steady
     verdict.doubted(NEARLY_HALF if verdict.stable is False else most[first.key])
+    return with_named_in_front(search, verdict)
+
+
+def with_named_in_front(search, verdict):
+    """A verdict whose fit is that of what is named now: of no effect, or of a rival that a doubt about the first has left in front.
+    Effects that only this rival's fit has come without a probability of their own, and none is said with confidence."""
+    named = (verdict.effect, verdict.joint)
     if verdict.effect in ("none", "unknown"):
         verdict.fit = search.plain
+    elif named != verdict.fit.chosen[0].key:
+        verdict.fit = in_front(search, verdict.likeliest[named])
+        verdict.further = {c.key: verdict.further.get(c.key, NEARLY_HALF) for c in verdict.fit.chosen[1:]}
     return verdict
+
+
+def in_front(search, fit):
+    """The same fit with its last effect, the one that it was made for, as its first."""
+    return search.fit([fit.chosen[-1], *fit.chosen[:-1]])
 
 
 def at_most(search, fit, one, fixed):
@@ -254,14 +270,14 @@ def first_judgement(search, fit, sound):
     no_cause = without_cause(search, nothing, unknown, gap_remains)
     verdict = Verdict([*((p * (1 - unknown) * (1 - nothing), *key) for key, p in probabilities.items()), *no_cause], fit, open_share)
     verdict.rivals, verdict.beyond, verdict.resembles = [*others, *sets], beyond, beyond.instead()
+    verdict.likeliest = likeliest
     imitates = open_share > OPEN or beyond.probability > HALF
     if verdict.effect == "none" or (verdict.effect == "unknown" and imitates):
         verdict.fit = search.plain
         return verdict
     named = (verdict.effect, verdict.joint)
-    if named != fit.chosen[0].key:  # a simpler effect does as well as the one that fits best
-        found = likeliest.get(named)
-        verdict.fit = search.fit([found.chosen[-1], *found.chosen[:-1]]) if found else fit
+    if named in likeliest and named != fit.chosen[0].key:  # a simpler effect does as well as the one that fits best
+        verdict.fit = in_front(search, likeliest[named])
     return verdict
 
 
