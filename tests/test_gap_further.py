@@ -62,3 +62,57 @@ def test_behind_what_replicates_gain_as_well_another_effect_may_stand():
     search = SimpleNamespace(nothing=lambda before, fit: likely_nothing[fit.chosen[-1].key])
     found = [fit_of([FIRST, GIVEN]), fit_of([FIRST, RIVAL])]
     assert Search._something(search, fit_of([FIRST]), found) == found[1:]
+
+
+class Toy(Search):
+    """A search whose excesses are given, {effects: excess}; a further effect is worth one where it closes half of what the others leave, and
+    nothing where `empty` says so."""
+
+    def __init__(self, left, empty=()):
+        self.left, self.empty, self.refined = left, empty, []
+        self.plain = self.fit([])
+
+    def fit(self, chosen):
+        chosen = list(chosen)
+        return SimpleNamespace(chosen=chosen, excess=self.left[frozenset(c.key[0] for c in chosen)])
+
+    def ordered(self, fit):
+        without = lambda one: self.fit([c for c in fit.chosen if c is not one]).excess
+        return self.fit(sorted(fit.chosen, key=without, reverse=True))
+
+    def reshaped(self, fit):
+        return fit
+
+    def all_refined(self, fit):
+        self.refined.append([c.key[0] for c in fit.chosen])
+        return fit
+
+    def is_worth_adding(self, before, after):
+        return after.excess < 0.5 * before.excess
+
+    def is_nothing(self, before, after):
+        return after.chosen[-1].key[0] in self.empty
+
+
+def kept(left, chosen, before, empty=()):
+    """(effects of the set that is kept, sets that were refined for that)."""
+    search = Toy({frozenset(names.split()): excess for names, excess in left.items()}, empty)
+    found = search._with_worthy_last(search.fit(map(candidate, chosen.split())), search.fit(map(candidate, before.split())))
+    return " ".join(c.key[0] for c in found.chosen), search.refined
+
+
+def test_what_was_found_first_goes_where_the_second_explains_it_better():
+    """A delay alone closes more than lost motion in the grid's shapes does; beside the right shape it closes a fifth."""
+    left = {"": 1000.0, "delay": 500.0, "backlash": 125.0, "delay backlash": 100.0}
+    assert kept(left, "delay backlash", before="delay") == ("backlash", [["backlash"]])
+    assert kept({**left, "backlash": 400.0}, "delay backlash", before="delay") == ("backlash delay", [["backlash"]])
+    assert kept({**left, "backlash": 400.0}, "delay backlash", before="delay", empty=["delay"])[0] == "backlash"
+
+
+def test_a_set_that_is_in_the_order_in_which_it_was_found_was_tried_already():
+    assert kept({"": 1000.0, "stribeck": 400.0, "delay": 900.0, "stribeck delay": 150.0}, "stribeck delay", before="stribeck") == ("stribeck delay", [])
+
+
+def test_of_three_the_rest_is_tried_as_well():
+    left = {"": 1000.0, "a": 800.0, "b": 700.0, "c": 110.0, "a b": 600.0, "a c": 108.0, "b c": 105.0, "a b c": 100.0}
+    assert kept(left, "a b c", before="a b")[0] == "c"

@@ -357,8 +357,21 @@ class Search:
         if self._worth_more(second) and (third := self._something(second, self.scan(second.chosen))):
             if self.is_worth_adding(second, third[0]) and not self.is_nothing(second, third[0]):
                 third, *self.other_sets = self._near_refined([third[0], *self._followed(others)], reshape=False)
-                return self.ordered(third)
-        return self.ordered(second)
+                return self._with_worthy_last(third, second)
+        return self._with_worthy_last(second, best)
+
+    def _with_worthy_last(self, fit, before):
+        """A set of effects in its order, without its last one where that is not worth adding to the others in their best forms: what
+        was found first may be what they explain better. `before`: what the set was found beside, and worth more than."""
+        fit = self.ordered(fit)
+        others = self.fit(fit.chosen[:-1])
+        as_before = {c.key for c in others.chosen} == {c.key for c in before.chosen} and others.excess >= before.excess
+        if as_before or not others.chosen:
+            return fit
+        others = self.all_refined(self.reshaped(others))
+        if self.is_worth_adding(others, fit) and not self.is_nothing(others, fit):
+            return fit
+        return self._with_worthy_last(others, self.plain)
 
     def _followed(self, starts):
         """Each fit with the further effect that closes most beside it."""
