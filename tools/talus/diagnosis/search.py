@@ -12,6 +12,7 @@ from . import irregular
 from .calibration.gains import Replicator
 from .catalogue import sparse
 from .catalogue.candidate import joined
+from .catalogue.ripple import are_apart
 from .effects import candidates, torque_constant_error
 from .figures import Residuals
 from .gram import Gram
@@ -194,7 +195,7 @@ class Search:
         if not self.dataset.effects[last.effect].several or (within and self.dataset.at_motor):
             return fit
         shapes = [c for c in self.gram.candidates if c.key == last.key and not set(c.columns) & set(last.columns)]
-        shapes = [c for c in shapes if len(c.columns) <= len(last.columns)]
+        shapes = [c for c in shapes if len(c.columns) <= len(last.columns) and are_apart(last, c)]
         found = self.beside(others, [joined(last, c) for c in shapes])
         second = min(found, key=lambda f: f.excess, default=fit)
         # a second order that hides within the tolerance must be as plain as an effect that does

@@ -12,3 +12,10 @@ def fades(at):
     """Frequencies at which half of a ripple shows; 0: all of it, whatever its frequency."""
     window = SHOWN_UP_TO * at.dataset.processed_recordings[0].recording.score.lowpass_hz
     return (window,) if at.dataset.at_motor else (0.0, window)
+
+
+def are_apart(one, other):
+    """Are two ripples two? Orders whose beat has not gone through more than one period are one hump of any form, large and opposite."""
+    if one.phase_rad is None or other.phase_rad is None:
+        return True
+    return abs(one.phase_rad - other.phase_rad) > FEWEST_WAVES_RAD

@@ -17,8 +17,8 @@ def candidates(at):
     for order, fades_Hz in ((k, f) for k in COGGING_ORDERS for f in fades(at) if k * at.motor_range > FEWEST_WAVES_RAD):
         name = f", fading at {fades_Hz:g} Hz" if fades_Hz else ""
         shapes = {"per_turn": float(order), "fades_Hz": fades_Hz}
-        make = lambda form, names, shapes=shapes: at.of_law(
-            "cogging", form, [{n: 1.0} for n in names], shapes, low=(-most,) * len(names), high=(most,) * len(names))
+        make = lambda form, names, shapes=shapes, phase_rad=order * at.motor_range: at.of_law(
+            "cogging", form, [{n: 1.0} for n in names], shapes, low=(-most,) * len(names), high=(most,) * len(names), phase_rad=phase_rad)
         yield make(f"{order} per turn{name}", ripple)
         if order <= LAST_WITH_OVERTONE:
             yield make(f"{order} and {2 * order} per turn{name}", ripple + overtone)
