@@ -7,7 +7,7 @@ import pytest
 
 from talus.diagnosis import verdict
 from talus.diagnosis.calibration import further, thresholds
-from talus.diagnosis.search import Search
+from talus.diagnosis.search import Search, most_explained
 
 
 def candidate(effect):
@@ -116,3 +116,39 @@ def test_a_set_that_is_in_the_order_in_which_it_was_found_was_tried_already():
 def test_of_three_the_rest_is_tried_as_well():
     left = {"": 1000.0, "a": 800.0, "b": 700.0, "c": 110.0, "a b": 600.0, "a c": 108.0, "b c": 105.0, "a b c": 100.0}
     assert kept(left, "a b c", before="a b")[0] == "c"
+
+
+class Open(Search):
+    """A search in which a further effect gains much; the first one explains 1000 at its joint, in one of several forms."""
+
+    tolerated = 10.0
+
+    def __init__(self, left, irregular):
+        self.left, self.irregular = left, irregular
+        self.gram = SimpleNamespace(candidates=[candidate("base_compliance")] * 2)
+
+    def fit(self, chosen):
+        return SimpleNamespace(chosen=list(chosen), excess=self.left if chosen else 1000.0 + self.left)
+
+    def excess_by_kind(self, fit):
+        return {"T0": fit.excess + self.irregular}
+
+    def significant(self, *about):
+        return True
+
+
+@pytest.mark.parametrize(("left", "irregular", "worth"), [(5.0, 0.0, False), (29.0, 0.0, False), (31.0, 0.0, True), (5.0, 26.0, True)])
+def test_what_does_not_come_back_stands_open_as_well(left, irregular, worth):
+    """A fiftieth of what the first effect explains, beyond the tolerance; friction that drifts leaves little chi-square where it passes for noise."""
+    one, more = candidate("base_compliance"), candidate("friction_drift")
+    one.joint = more.joint = "joint"
+    search = Open(left, irregular)
+    assert search.is_worth_adding(search.fit([one]), search.fit([one, more])) is worth
+
+
+@pytest.mark.parametrize(("worth", "explained"), [(0, "a"), (1, "ab"), (2, "abc"), (3, "abc")])
+def test_noise_is_told_beside_as_many_effects_as_are_worth_one(worth, explained):
+    search = SimpleNamespace(scan=lambda chosen: [fit_of([*chosen, candidate("abcd"[len(chosen)])])],
+                             significant=lambda before, after, share, steps: len(after.chosen) <= 1 + worth)  # fmt: skip
+    assert "".join(c.key[0] for c in most_explained(search, fit_of([candidate("a")])).chosen) == explained
+    assert most_explained(search, fit_of([])).chosen == []

@@ -1,6 +1,7 @@
 """tools/talus/diagnosis/irregular.py: what does not come back with the motion and is no noise of a sensor."""
 
 import json
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -53,6 +54,47 @@ def test_what_lasts_is_the_correlation_a_second_later(memory_s):
     expected = (2 * c[0] - c[1] - c[2]) / (2 - 2 * c[3])
     found = [share(correlated(memory_s, 400, seed)) for seed in range(20)]
     assert np.mean(found) == pytest.approx(expected, abs=3 * np.std(found) / np.sqrt(len(found)) + 0.02)
+
+
+# ---- what differs from period to period --------------------------------------------
+
+
+def repeated(periods, added, seed=0):
+    """(recording on a grid, its values) of white noise with a standard deviation of 1, over so many periods and a bit, with something else."""
+    n = round(periods * PERIOD + 0.3 * PERIOD)
+    t_s = np.arange(n) / RATE_HZ
+    values = np.random.default_rng(seed).standard_normal(n) + added(t_s, np.sign(np.sin(2 * np.pi * np.arange(n) / (PERIOD / 5))))
+    return SimpleNamespace(grid_t_s=t_s, step_s=1 / RATE_HZ), values
+
+
+def deviation(periods, added, seed=0):
+    processed, values = repeated(periods, added, seed)
+    return noise.repeat_deviation(processed, values, np.ones(len(values), bool), PERIOD / RATE_HZ)
+
+
+def lines(periods, added):
+    processed, values = repeated(periods, added)
+    return noise.concentration(processed, values, np.ones(len(values), bool), PERIOD / RATE_HZ)
+
+
+def drifting(t_s, direction):
+    return 2.0 * t_s / 7.0 * direction  # by twice the noise a period
+
+
+@pytest.mark.parametrize("periods", [3, 4, 7])
+def test_friction_that_drifts_evenly_is_neither_noise_nor_a_vibration(periods):
+    """As few periods as three have one second difference at each phase, whose square has a mean of 6 of the noise's."""
+    found = [deviation(periods, drifting, seed) for seed in range(20)]
+    assert np.mean(found) == pytest.approx(1.0, abs=0.03)
+    assert lines(periods, drifting) < 0.1 and lines(periods, lambda t_s, direction: 0.0 * t_s) < 0.1
+
+
+def test_a_vibration_that_does_not_come_back_with_the_motion_stands_at_one_frequency():
+    assert lines(3, lambda t_s, direction: 3.0 * np.sin(2 * np.pi * 9.48 * t_s)) > 0.5
+
+
+def test_two_periods_tell_no_noise_from_drift():
+    assert deviation(2, drifting) is None and lines(1.6, drifting) == 0.0
 
 
 @pytest.mark.parametrize(("memory_s", "verdict"), [(0.05, "none"), (2.0, "unknown")])

@@ -1,11 +1,13 @@
 """tools/talus/diagnosis/effects/elasticity.py: springs of a single joint of any stiffness, against two masses stepped by SciPy."""
 
 import json
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 from support import run
+from talus.diagnosis.catalogue.flexible_joint import stiffnesses
 
 MOTOR_kg_m2 = LINK_kg_m2 = 0.00065
 GRAVITY_Nm, COULOMB_Nm, VISCOUS_Nms_rad, DAMPING_RATIO = 0.058, 0.018, 0.014, 0.06
@@ -55,6 +57,16 @@ def write_bench(path, stiffness_Nm_rad):
     current = drive_Nm(t, angle, speed) / TORQUE_PER_A + NOISE_A * np.random.default_rng(4).standard_normal(len(t))
     columns = np.column_stack([t, np.round(angle / STEP_rad) * STEP_rad, current])
     np.savetxt(path, columns, "%.9g", ",", header="time_s,joint_rad,joint_current_A", comments="")
+
+
+@pytest.mark.parametrize(("inertia_kg_m2", "softest"), [(0.3, 200), (0.04, 100), (0.015, 50), (0.005, 25)])
+def test_a_legs_light_link_is_tried_on_soft_springs(inertia_kg_m2, softest):
+    """On which it swings at 7 Hz or more: sqrt(k / inertia) / 2 pi."""
+    terms = SimpleNamespace(link_rad_s=lambda joint, motor, stiffness: np.sqrt(stiffness / inertia_kg_m2))
+    at = SimpleNamespace(dataset=SimpleNamespace(at_motor=True), number=1, all_terms=[terms])
+    grid, (least, _) = stiffnesses(at)
+    assert grid[0] == softest and least < softest
+    assert all(np.sqrt(k / inertia_kg_m2) / (2 * np.pi) > 7.0 for k in grid if k < 200)
 
 
 @pytest.mark.parametrize("stiffness_Nm_rad", [pytest.param(0.6, marks=pytest.mark.long), 1.0, pytest.param(1.6, marks=pytest.mark.long),

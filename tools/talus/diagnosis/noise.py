@@ -109,22 +109,22 @@ def repeat_deviation(processed, values, mask, period_s):
     full = known.all(0)
     if full.sum() < FEWEST_REPEATED_ROWS:
         return None
-    second = periods >= 4
-    change = np.diff(every[:, full], 2 if second else 1, axis=0)
-    variance = (change**2).mean(0) / (6 if second else 2)
-    # degrees of freedom of overlapping differences
-    freedom = 0.59 * (periods - 2) + 0.2 if second else 0.67 * (periods - 1)
+    change = np.diff(every[:, full], 2, axis=0)
+    variance = (change**2).mean(0) / 6
+    freedom = max(0.59 * (periods - 2) + 0.2, 1.0)  # of overlapping differences; a single one has 1
     return np.sqrt(np.median(variance) / (median_of_chi2(freedom) / freedom))
 
 
 def concentration(processed, values, mask, period_s):
-    """Share of what differs from one period to the next that lies about its strongest frequency: little for noise, whatever its
-    colour; much for a vibration, or for what happens now and then."""
+    """Share of what differs from period to period (second differences, as above) that lies about its strongest frequency: little for
+    noise, whatever its colour; much for a vibration, or for what happens now and then."""
     n = round(period_s / processed.step_s)
-    both = mask[n:] & mask[:-n]
-    if both.sum() < FEWEST_REPEATED_ROWS:
+    if len(values) <= 2 * n:
         return 0.0
-    change = np.where(both, values[n:] - values[:-n], 0.0) * np.hanning(len(both))
+    known = mask[2 * n:] & mask[n:-n] & mask[:-2 * n]
+    if known.sum() < FEWEST_REPEATED_ROWS:
+        return 0.0
+    change = np.where(known, values[2 * n:] - 2 * values[n:-n] + values[:-2 * n], 0.0) * np.hanning(len(known))
     power = np.abs(np.fft.rfft(change)) ** 2
     peak = int(np.argmax(power))
     return float(power[max(0, peak - LINES):peak + LINES + 1].sum() / max(power.sum(), 1e-300))

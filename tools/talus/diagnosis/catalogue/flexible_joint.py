@@ -4,7 +4,8 @@ import math
 
 MOST_STEPS, LARGEST_STEP = 60, 1.0  # of a link for one sample; and beyond so many rad a stepped oscillation grows
 STIFFNESSES_NM_RAD = (200, 400, 800, 1500, 3000, 6000, 12000)
-SOFTEST_NM_RAD, STIFFEST_NM_RAD = 100.0, 30000.0
+SOFTER_NM_RAD, SLOWEST_HZ = (25, 50, 100), 7.0  # of a link so light that it still swings as fast on them
+STIFFEST_NM_RAD = 30000.0
 # of a single joint or axis, which may be of any size: at which its own inertia swings on the spring
 FREQUENCIES_HZ, TEETH_HZ = (4.0, 7.0, 12.0, 20.0, 33.0, 55.0), 55.0
 SOFTEST_HZ, STIFFEST_HZ = 2.0, 120.0
@@ -27,7 +28,8 @@ def stiffness_at(at, frequency_Hz):
 def stiffnesses(at):
     """The grid's, and the limits between which they are moved."""
     if at.dataset.at_motor:
-        return STIFFNESSES_NM_RAD, (SOFTEST_NM_RAD, STIFFEST_NM_RAD)
+        grid = (*(k for k in SOFTER_NM_RAD if k > stiffness_at(at, SLOWEST_HZ)), *STIFFNESSES_NM_RAD)
+        return grid, (0.5 * grid[0], STIFFEST_NM_RAD)
     return tuple(stiffness_at(at, f) for f in FREQUENCIES_HZ), (stiffness_at(at, SOFTEST_HZ), stiffness_at(at, STIFFEST_HZ))
 
 
