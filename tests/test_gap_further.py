@@ -7,7 +7,7 @@ import pytest
 
 from talus.diagnosis import verdict
 from talus.diagnosis.calibration import further, thresholds
-from talus.diagnosis.search import Search, most_explained
+from talus.diagnosis.search import Search
 
 
 def candidate(effect):
@@ -144,11 +144,3 @@ def test_what_does_not_come_back_stands_open_as_well(left, irregular, worth):
     one.joint = more.joint = "joint"
     search = Open(left, irregular)
     assert search.is_worth_adding(search.fit([one]), search.fit([one, more])) is worth
-
-
-@pytest.mark.parametrize(("worth", "explained"), [(0, "a"), (1, "ab"), (2, "abc"), (3, "abc")])
-def test_noise_is_told_beside_as_many_effects_as_are_worth_one(worth, explained):
-    search = SimpleNamespace(scan=lambda chosen: [fit_of([*chosen, candidate("abcd"[len(chosen)])])],
-                             significant=lambda before, after, share, steps: len(after.chosen) <= 1 + worth)  # fmt: skip
-    assert "".join(c.key[0] for c in most_explained(search, fit_of([candidate("a")])).chosen) == explained
-    assert most_explained(search, fit_of([])).chosen == []

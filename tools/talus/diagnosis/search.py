@@ -34,7 +34,6 @@ BEAM = 3
 MOST_JOINED = 4
 PROMISING = 0.2  # of the best gain in a first look: less, and the shapes of a body to be stepped stay few
 REFINED = 3  # of the best effects, between the grid's shapes
-MOST_EFFECTS = 3  # that noise is told beside
 
 
 class Fit:
@@ -432,16 +431,6 @@ def machine_bases(dataset):
     yield from Search(dataset, dataset.identified, sparse if dataset.at_motor else list).bases_beside()
 
 
-def most_explained(search, fit):
-    """A fit with further effects, as many as are worth one: what they would leave open between two visits of a state is no noise."""
-    while fit.chosen and len(fit.chosen) < MOST_EFFECTS:
-        found = search.scan(fit.chosen)
-        if not found or not search.significant(fit, found[0], 0.0, TIMES_AS_MUCH):
-            break
-        fit = found[0]
-    return fit
-
-
 def search(dataset, base, step=lambda text, part=0.0: None, seed=1, replicated=True):
     """(search, fit): the search at the parameters that suit the best effect, and the effects chosen. `replicated`: against
     replicates of these recordings without any effect."""
@@ -455,7 +444,7 @@ def search(dataset, base, step=lambda text, part=0.0: None, seed=1, replicated=T
     if singles and first.significant(first.plain, singles[0], 0.0):
         best = refined(first, singles[0], 0)
     again = first.base_of(best.chosen)
-    left = Residuals(first, most_explained(first, best).chosen)
+    left = Residuals(first, best.chosen)
     dataset.find_sigma(lambda c: left.of[c.record, c.kind])
     if not np.all(np.isfinite(again)) or not best.chosen:
         again = base
