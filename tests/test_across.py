@@ -148,6 +148,7 @@ def test_the_page_and_the_files(tmp_path, capsys):
 # ---- real recordings ---------------------------------------------------------------------
 
 
+@pytest.mark.long
 @needs_data
 def test_effects_that_are_claimed_lower_the_error_on_every_other_recording(tmp_path, capsys):
     arguments = ["across", "--data", str(DATA), "--jobs", "2", "--out", str(tmp_path)]

@@ -202,6 +202,7 @@ def test_every_name_of_a_draw_is_one_of_the_twin(benches):
             assert all(np.isfinite(v) for v in one.job.values()), one
 
 
+@pytest.mark.long
 def test_draw_writes_what_a_user_has(tmp_path):
     """The same seed, the same bytes; the programs read model and recordings; the answer names joints as the files do."""
     for folder in ("a", "b"):

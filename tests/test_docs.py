@@ -27,6 +27,7 @@ import pytest
 from support import BUILD, REPOSITORY, run
 
 PAGES = ["README.md", *sorted(f"docs/{path.name}" for path in (REPOSITORY / "docs").glob("*.md"))]
+OF_FILMS = ("docs/camera.md", "docs/talus-track.md")  # which are drawn and followed, frame by frame
 CHINESE = "README.zh.md"
 BLOCK = re.compile(r"(?:<!-- file: (\S+) -->\n)?^```(\w*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 NUMBER = re.compile(r"[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?")
@@ -35,6 +36,10 @@ NUMBER = re.compile(r"[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?")
 def blocks(page):
     """(file name or "", language, text) of each fenced block."""
     return [(name or "", kind, text) for name, kind, text in BLOCK.findall((REPOSITORY / page).read_text())]
+
+
+def commands_on(page):
+    return [text for _, kind, text in blocks(page) if kind in ("sh", "console", "python")]
 
 
 # ---- what is shown ---------------------------------------------------------------------
@@ -154,7 +159,7 @@ def compile_and_run(text, folder, request):
     return execute([folder / "example"], folder, **there)
 
 
-@pytest.mark.parametrize("page", [page for page in PAGES if any(kind in ("sh", "console", "python") for _, kind, _ in blocks(page))])
+@pytest.mark.parametrize("page", [pytest.param(page, marks=pytest.mark.long) if page in OF_FILMS else page for page in PAGES if commands_on(page)])
 def test_examples(page, folder):
     printed = None
     for name, kind, text in blocks(page):

@@ -51,6 +51,7 @@ def made(folder):
     return {str(path.relative_to(folder)): path.read_bytes() for path in sorted((folder / "items").rglob("*")) if path.is_file()}
 
 
+@pytest.mark.long
 def test_slurms_jobs_make_the_bytes_that_local_processes_make(slurm, tmp_path):
     shutil.copy(REPOSITORY / "models/pendulum.yaml", tmp_path)
     table = "recording,model,robot,session\n"

@@ -147,6 +147,7 @@ def check_saved_model(folder, hidden_in, report):
         assert error["rms"] < 1.3 * report["gap"][joint]["noise_floor_rms"]
 
 
+@pytest.mark.long
 def test_a_cause_outside_the_catalogue_is_unknown(tmp_path):
     columns = columns_of(simulate(tmp_path))
     # a torque that repeats with the motion's period (4 s) and otherwise follows nothing that is recorded
@@ -223,11 +224,12 @@ def test_the_saved_model_predicts_what_the_report_says(tmp_path):
 
 @pytest.mark.parametrize("effect, parameters", [
     ("load_friction", {"coefficient": 0.2}),
-    ("load_friction", {"coefficient": 0.2, "friction_share": 1.0}),
     ("directional_efficiency", {"driving": 0.25, "back_driving": 0.1}),
-    ("directional_efficiency", {"driving": 0.1, "back_driving": 0.25}),
-    ("directional_efficiency", {"driving": 0.15, "back_driving": 0.0}),
-    ("directional_efficiency", {"driving": 0.0, "back_driving": 0.15}),
+    *(pytest.param(effect, parameters, marks=pytest.mark.long) for effect, parameters in (
+        ("load_friction", {"coefficient": 0.2, "friction_share": 1.0}),
+        ("directional_efficiency", {"driving": 0.1, "back_driving": 0.25}),
+        ("directional_efficiency", {"driving": 0.15, "back_driving": 0.0}),
+        ("directional_efficiency", {"driving": 0.0, "back_driving": 0.15}))),
 ])  # fmt: skip
 def test_the_scale_on_the_load_tells_an_efficiency_from_load_friction(tmp_path, effect, parameters):
     """Both have the same half difference between driving and driven back; the sum of the two is a scale."""
@@ -256,7 +258,7 @@ BEHIND_THE_GEAR = {
 }
 
 
-@pytest.mark.parametrize("effect", BEHIND_THE_GEAR)
+@pytest.mark.parametrize("effect", [pytest.param("backlash", marks=pytest.mark.long), "elasticity"])
 def test_what_lies_behind_the_knees_gear_is_named_without_an_encoder_there(tmp_path, effect):
     """Forward in time motor and link are two bodies; the diagnosis steps the link alone, along the recorded motor."""
     recording = simulate(tmp_path, {(effect, "knee"): BEHIND_THE_GEAR[effect]})
@@ -266,6 +268,7 @@ def test_what_lies_behind_the_knees_gear_is_named_without_an_encoder_there(tmp_p
     assert report["gap"]["knee"]["closed_fraction"] > 0.9
 
 
+@pytest.mark.long
 def test_recordings_need_not_have_the_same_sensors(tmp_path):
     """A camera that only the second recording had: its channels count there, and the next experiment does without."""
     hidden = {("nonlinear_viscous", "knee"): EFFECTS["nonlinear_viscous", "knee"]}
@@ -289,6 +292,7 @@ def test_a_rough_model_file_does_not_hide_an_effect(tmp_path):
     assert (report["verdict"]["effect"], report["verdict"]["joint"]) == ("nonlinear_viscous", "knee")
 
 
+@pytest.mark.long
 def test_what_no_trajectory_parts_comes_without_one(tmp_path):
     for effect, needs, word in (
         (("current_offset", "knee", {"torque_Nm": 0.012}), "rest", "unpowered"),
@@ -302,6 +306,7 @@ def test_what_no_trajectory_parts_comes_without_one(tmp_path):
         assert proposed["trajectory"] is None and proposed["parts"] == []
 
 
+@pytest.mark.long
 def test_a_camera_parts_the_linkage_from_its_encoder(tmp_path):
     """The proposal is followed: the twin runs the trajectory before a camera, and the verdict stands alone."""
     hidden = {("linkage_error", "ankle"): {"AB_m": 0.0, "BO_m": 0.0, "AC_m": -0.0015, "BOF_rad": 0.0}}

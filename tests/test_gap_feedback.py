@@ -293,7 +293,8 @@ def diagnosed(folder, *options):
     return json.loads(report.read_text())
 
 
-@pytest.mark.parametrize(("rate", "bits", "duration", "seed"), [("250", "16", "60", "5"), ("125", "14", "120", "1"), ("125", "0", "300", "1")])
+@pytest.mark.parametrize(("rate", "bits", "duration", "seed"), [
+    ("250", "16", "60", "5"), *(pytest.param(*one, marks=pytest.mark.long) for one in (("125", "14", "120", "1"), ("125", "0", "300", "1")))])
 def test_a_bench_whose_drive_turns_its_encoders_steps_into_torque_hides_nothing(rate, bits, duration, seed, tmp_path):
     """Presliding, or viscous friction of another form, at 0.45 while replicates had noise that is independent of the angle's; presliding
     at 1.00, of exact angles, while their loop's low-pass was quicker than it was measured."""
@@ -346,6 +347,7 @@ def test_a_lag_that_no_steps_ask_for_stays_as_it_was_measured(tmp_path):
     assert not law.is_sure and loop.law is law and source.loops.are_doubtful(source.motions)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("seed", ["1", "2"])
 def test_a_law_that_folded_steps_nearly_hide_is_believed_and_its_lag_found(seed, tmp_path):
     """At 125 Hz and 14 bits two thirds of the torque's power in the band are steps that the recording folds: position friction (0.45)."""
@@ -364,7 +366,7 @@ def test_replicates_gain_what_a_bench_that_hides_nothing_gains(tmp_path):
         assert replicates == pytest.approx(own, rel=0.4)
 
 
-@pytest.mark.parametrize(("later_s", "named"), [(0.0003, []), (0.003, ["delay"])])
+@pytest.mark.parametrize(("later_s", "named"), [pytest.param(0.0003, [], marks=pytest.mark.long), (0.003, ["delay"])])
 def test_a_torque_that_is_held_between_ticks_is_no_delay(later_s, named, tmp_path):
     """Any recording sees it as much as half a tick early or late; with no least size this one was named for 0.3 ms."""
     columns = talus.Recording.read(bench(tmp_path, "--duration", "120", "--rate", "250", "--encoder-bits", "0")).columns

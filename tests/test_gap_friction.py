@@ -15,6 +15,7 @@ TRAVEL_RAD = 0.02
 PENDULUM = REPOSITORY / "models/pendulum.yaml"
 
 
+@pytest.mark.long
 def test_presliding_that_is_most_of_the_friction_is_named(tmp_path):
     """An ankle that hardly ever slides leaves the plain model next to no Coulomb friction to tell the effect's size by.
     Iwan's friction, of which the library knows Dahl's: all of it like a spring over 20 mrad."""

@@ -14,6 +14,7 @@ def spring(mass_kg, frequency_Hz):
     return mass_kg * w * w, 2 * DAMPING_RATIO * w * mass_kg
 
 
+@pytest.mark.long
 def test_a_mount_that_sways_and_rises_is_found_with_both_resonances(tmp_path):
     """The spring carries the mount and the leg that hangs from it."""
     mass = MOUNT_KG + leg_mass_kg()

@@ -7,8 +7,8 @@ import pytest
 from talus.diagnosis.catalogue.ripple import FEWEST_WAVES_RAD, are_apart
 
 
-def ripple(order, range_rad):
-    return SimpleNamespace(phase_rad=order * range_rad)
+def ripple(range_rad, *orders):
+    return SimpleNamespace(phases_rad=tuple(order * range_rad for order in orders))
 
 
 def left_of_a_bumper(orders, range_rad):
@@ -26,17 +26,21 @@ def left_of_a_bumper(orders, range_rad):
 def test_orders_that_are_two_do_not_make_a_bumper_and_neighbours_do(range_rad):
     """A motor that goes a fifth to a quarter of a turn: each order has gone through more than one period, the beat of neighbours has not."""
     apart = 8 + int(np.ceil(FEWEST_WAVES_RAD / range_rad)) + 1
-    assert not are_apart(ripple(8, range_rad), ripple(9, range_rad)) and are_apart(ripple(8, range_rad), ripple(apart, range_rad))
+    assert not are_apart(ripple(range_rad, 8), ripple(range_rad, 9)) and are_apart(ripple(range_rad, 8), ripple(range_rad, apart))
     assert left_of_a_bumper([8, 9], range_rad) < 0.25 < left_of_a_bumper([8, apart], range_rad)
 
 
 def test_many_turns_tell_neighbours_apart_and_no_order_is_apart_from_itself():
     turns_rad = 2 * np.pi * 8
-    assert are_apart(ripple(11, turns_rad), ripple(12, turns_rad)) and are_apart(ripple(12, turns_rad), ripple(11, turns_rad))
-    assert not are_apart(ripple(12, turns_rad), ripple(12, turns_rad))
+    assert are_apart(ripple(turns_rad, 11), ripple(turns_rad, 12)) and are_apart(ripple(turns_rad, 12), ripple(turns_rad, 11))
+    assert not are_apart(ripple(turns_rad, 12), ripple(turns_rad, 12))
+
+
+def test_an_overtone_is_an_order_as_well():
+    range_rad = 1.36
+    assert are_apart(ripple(range_rad, 8), ripple(range_rad, 17, 34)) and not are_apart(ripple(range_rad, 8, 16), ripple(range_rad, 17, 34))
 
 
 def test_what_is_no_ripple_is_apart():
     """Modes of a mount."""
-    mode = SimpleNamespace(phase_rad=None)
-    assert are_apart(mode, mode) and are_apart(ripple(8, 1.0), mode)
+    assert are_apart(ripple(1.0), ripple(1.0)) and are_apart(ripple(1.0, 8), ripple(1.0))

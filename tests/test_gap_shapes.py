@@ -67,6 +67,7 @@ FREE = {"gap_half": 0.0006, "stiffness": 11000.0, "damping": 0.0012, "elastic_fo
         "viscous_share": 0.19, "gap_coulomb": 0.0}  # fmt: skip
 
 
+@pytest.mark.long
 def test_lost_motion_at_the_knee_closes_on_a_motion_that_was_never_given(tmp_path):
     """No encoder sees the gap: the wrong place of friction or rotor makes the link's jolts come at other times."""
     bench = bench_with(tmp_path, "backlash", "knee", effects.of("knee", **FREE))

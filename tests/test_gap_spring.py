@@ -59,14 +59,14 @@ def write_bench(path, stiffness_Nm_rad):
     np.savetxt(path, columns, "%.9g", ",", header="time_s,joint_rad,joint_current_A", comments="")
 
 
-@pytest.mark.parametrize(("inertia_kg_m2", "softest"), [(0.3, 200), (0.04, 100), (0.015, 50), (0.005, 25)])
+@pytest.mark.parametrize(("inertia_kg_m2", "softest"), [(0.3, 200), (0.1, 100), (0.05, 50), (0.005, 25)])
 def test_a_legs_light_link_is_tried_on_soft_springs(inertia_kg_m2, softest):
-    """On which it swings at 7 Hz or more: sqrt(k / inertia) / 2 pi."""
+    """On which it swings at 4 Hz or more, the slowest that a single joint is tried on: sqrt(k / inertia) / 2 pi."""
     terms = SimpleNamespace(link_rad_s=lambda joint, motor, stiffness: np.sqrt(stiffness / inertia_kg_m2))
     at = SimpleNamespace(dataset=SimpleNamespace(at_motor=True), number=1, all_terms=[terms])
     grid, (least, _) = stiffnesses(at)
     assert grid[0] == softest and least < softest
-    assert all(np.sqrt(k / inertia_kg_m2) / (2 * np.pi) > 7.0 for k in grid if k < 200)
+    assert all(np.sqrt(k / inertia_kg_m2) / (2 * np.pi) > 4.0 for k in grid if k < 200)
 
 
 @pytest.mark.parametrize("stiffness_Nm_rad", [pytest.param(0.6, marks=pytest.mark.long), 1.0, pytest.param(1.6, marks=pytest.mark.long),

@@ -61,8 +61,22 @@ def test_what_shows_between_the_encoders_only():
     assert words.sentence(found).endswith("(probability 0.90): it shows between the encoders and hardly in the torque.")
 
 
-def test_none_and_unknown():
-    assert "no further effect is needed (probability 0.90)" in words.sentence(report("none", "none", 0.9))
+def none(calibrated=True, **gaps):
+    return words.sentence({**report("none", "none", 0.9, **gaps), "calibrated": calibrated})
+
+
+def test_none():
+    """Down to the noise is a tenth more of its square at the most, at every joint."""
+    quiet = gap(0.00104, 0.00104, 0.001, 0.0)
+    assert none(knee=quiet) == "The model explains these recordings down to their noise; no further effect is needed (probability 0.90)."
+    assert none(knee=quiet, ankle=gap(0.81, 0.81, 0.27, 0.0)) == (
+        "No effect shows (probability 0.90). The ankle's error is 810 mNm on data held out, where the noise alone is 270; "
+        "such sensors leave about as much without any effect.")  # fmt: skip
+    assert none(calibrated=False, slider=gap(3.0, 3.0, 2.0, 0.0, unit="N")) == (
+        "No effect shows (probability 0.90). The slider's error is 3 N on data held out, where the noise alone is 2.")
+
+
+def test_unknown():
     said = words.sentence(report("unknown", "none", 0.9))
     assert said == "A gap remains that no known effect explains (probability 0.90)."
     said = words.sentence(report("unknown", "none", 0.6, KNEE))

@@ -157,6 +157,7 @@ ADDED = {
     "held_reading": lambda t, q, v, torque: frozen(torque) - torque,
     "vibration": lambda t, q, v, torque: 0.15 * np.sin(2 * np.pi * 3.37 * t + 1.0),
 }  # fmt: skip
+SLOW = ("changed_load", "power_loss", "gain_by_sign")
 SIZES = {
     "hysteresis": {"size_Nm": (0.4, 0.05), "travel_rad": (0.35, 0.05)},
     "changed_load": {"at_s": (13.0, 0.2)},
@@ -168,7 +169,7 @@ SIZES = {
 }
 
 
-@pytest.mark.parametrize("kind", ADDED)
+@pytest.mark.parametrize("kind", [pytest.param(kind, marks=pytest.mark.long) if kind in SLOW else kind for kind in ADDED])
 def test_a_gap_that_no_effect_makes_is_unknown_and_looks_like_what_it_is(kind):
     found = talus.diagnose(PENDULUM, pendulum(ADDED[kind]))
     assert found.verdict["effect"] == "unknown" and found.verdict["probability"] > 0.8 and not found.effects
@@ -218,8 +219,9 @@ def test_where_nothing_is_added_nothing_is_resembled():
     assert found.verdict["effect"] == "none" and not found.report["resembles"]
 
 
-@pytest.mark.parametrize("kind, added", [("cross_talk", lambda c: 0.2 * c["ankle_current_A"]),
-                                         ("coupled_speeds", lambda c: 0.4 * np.gradient(c["ankle_joint_rad"], c["time_s"]) / KNEE_NM_PER_A)])  # fmt: skip
+@pytest.mark.parametrize("kind, added", [
+    ("cross_talk", lambda c: 0.2 * c["ankle_current_A"]),
+    pytest.param("coupled_speeds", lambda c: 0.4 * np.gradient(c["ankle_joint_rad"], c["time_s"]) / KNEE_NM_PER_A, marks=pytest.mark.long)])  # fmt: skip
 def test_a_knee_that_follows_the_ankle(kind, added):
     columns = dict(talus.simulate(talus.read(LEG), duration_s=20, seed=5).columns)
     columns["knee_current_A"] = columns["knee_current_A"] + added(columns)
@@ -241,6 +243,7 @@ def test_a_cable_over_both_joints_and_its_stiffness():
     assert first["parameters"] == pytest.approx({"product_Nm_rad": 1.5, "first_Nm_rad2": 2.0, "second_Nm_rad2": 0.0}, abs=0.05)
 
 
+@pytest.mark.long
 def test_a_cable_that_a_spring_and_a_heavier_foot_imitate_is_told_by_the_drawing():
     """-0.6 k a at 100 Hz: an ankle's spring closes as much of it, beside a foot that is not the model file's."""
     columns = dict(talus.simulate(talus.read(LEG), duration_s=20, seed=5, rate_hz=100).columns)

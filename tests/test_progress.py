@@ -16,7 +16,7 @@ DRAWN = re.compile(r"\r(?:\x1b\[K)?talus-\w+: ([^\r\n%]+?) +(\d+) %")
 def long(tmp_path_factory):
     """A recording that takes several tenths of a second, which is how often the line is drawn."""
     path = tmp_path_factory.mktemp("long") / "long.csv"
-    run("talus-sim", "--model", LEG, "--out", path, "--duration", "1500", "--rate", "500")
+    run("talus-sim", "--model", LEG, "--out", path, "--duration", "600", "--rate", "500")
     return path
 
 
@@ -58,7 +58,7 @@ def test_identify_shows_percent(long, tmp_path):
 
 def test_the_swarm_shows_percent(tmp_path):
     run("talus-sim", "--model", LEG, "--out", tmp_path / "leg.csv", "--duration", "20")
-    swarm = ["--particles", "3000", "--iterations", "400", "--restarts", "3"]
+    swarm = ["--particles", "2000", "--iterations", "300", "--restarts", "3"]
     for threads in ("1", "2"):
         check_programs("talus-identify", {"searching"}, ["--model", LEG, "--out", tmp_path / "f.yaml", *swarm, "--threads", threads, tmp_path / "leg.csv"])
 

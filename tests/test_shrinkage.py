@@ -10,7 +10,7 @@ EXAMPLES = {"case_000": ("ankle", 0.99), "case_001": ("knee", 0.97)}
 
 
 @needs_data
-@pytest.mark.parametrize("case", EXAMPLES)
+@pytest.mark.parametrize("case", [pytest.param("case_000", marks=pytest.mark.long), "case_001"])
 def test_the_model_file_closes_the_gap_on_an_unseen_recording(case, tmp_path):
     joint, bar = EXAMPLES[case]
     measured = measure(data("leg_cases") / case, tmp_path)

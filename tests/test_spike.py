@@ -227,6 +227,7 @@ def test_the_page_says_what_was_missed(tmp_path, capsys):
 # ---- the command -------------------------------------------------------------------------
 
 
+@pytest.mark.long
 @needs_data
 def test_a_small_run(tmp_path, capsys):
     """One spike and its control; the second run finds both reports there."""

@@ -306,7 +306,8 @@ class Search:
         """Is a further effect, the last of `after`, more than what another form of the effect at its joint would do?"""
         shaped = [c for c in before.chosen if self._has_other_forms(c) and is_near(c, after.chosen[-1])]
         explained = self.fit([c for c in before.chosen if c not in shaped]).excess - before.excess
-        stands_open = sum(self.excess_by_kind(before).values()) - self.tolerated  # with what does not come back: friction that drifts does not
+        # what does not come back with the motion counts: friction that drifts may be in the noise otherwise
+        stands_open = sum(self.excess_by_kind(before).values()) - self.tolerated
         if stands_open < RIGHT_TO * explained:
             return False
         return self.significant(before, after, NEARLY_HALF, TIMES_AS_MUCH)

@@ -2,6 +2,7 @@
 
 import re
 
+from .calibration.thresholds import TOLERATED_PER_FREEDOM
 from .effects import EFFECTS
 
 LIKELY, CERTAIN = 0.5, 0.8  # probabilities from which a cause is called so
@@ -159,6 +160,19 @@ def closing(report):
     return f"{head}, where the noise alone is {floor:.3g}"
 
 
+def no_effect(report, sure):
+    """That none shows. An error well above the noise of torque or current is said with its size, at the joint where it is so most."""
+    above = lambda joint: report["gap"][joint]["identified_rms"] / max(report["gap"][joint]["noise_floor_rms"], 1e-300)
+    joint = max(report["gap"], key=above)
+    if above(joint) ** 2 <= 1 + TOLERATED_PER_FREEDOM:
+        return f"The model explains these recordings down to their noise; no further effect is needed ({sure})."
+    gap = report["gap"][joint]
+    scale = Scale(gap["unit"], [gap["identified_rms"]])
+    error, floor = (scale(gap[f"{k}_rms"]) for k in ("identified", "noise_floor"))
+    said = f"No effect shows ({sure}). The {joint}'s error is {error:.3g} {scale.unit} on data held out, where the noise alone is {floor:.3g}"
+    return f"{said}; such sensors leave about as much without any effect." if report["calibrated"] else f"{said}."
+
+
 def sentence(report):
     """The diagnosis in plain words."""
     verdict = report["verdict"]
@@ -167,7 +181,7 @@ def sentence(report):
         first = report["findings"][0]
         return f"No cause is named before this is mended: {first['evidence']}."
     if verdict["effect"] == "none":
-        return f"The model explains these recordings down to their noise; no further effect is needed ({sure})."
+        return no_effect(report, sure)
     if verdict["effect"] == "unknown":
         head = f"A gap remains that no known effect explains ({sure})."
         if like := surely_like(report):

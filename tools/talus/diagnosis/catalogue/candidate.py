@@ -79,7 +79,7 @@ class Candidate:
     parts: tuple = ()
     begin_low: tuple | None = None  # lower limits of a shape from which a better one is looked for
     prior: Callable | None = None  # how likely these strengths are before the data, to others; 1 where it is None
-    phase_rad: float | None = None  # of a ripple, what it goes through over the recordings' range
+    phases_rad: tuple = ()  # of a ripple's orders: what each goes through over the recordings' range
 
     def weight(self, strengths):
         """How likely the form is before the data, relative to others: a simpler one is a little likelier."""

@@ -4,7 +4,7 @@ import math
 
 MOST_STEPS, LARGEST_STEP = 60, 1.0  # of a link for one sample; and beyond so many rad a stepped oscillation grows
 STIFFNESSES_NM_RAD = (200, 400, 800, 1500, 3000, 6000, 12000)
-SOFTER_NM_RAD, SLOWEST_HZ = (25, 50, 100), 7.0  # of a link so light that it still swings as fast on them
+SOFTER_NM_RAD = (25, 50, 100)  # of a link so light that it swings on them no slower than a single joint's does
 STIFFEST_NM_RAD = 30000.0
 # of a single joint or axis, which may be of any size: at which its own inertia swings on the spring
 FREQUENCIES_HZ, TEETH_HZ = (4.0, 7.0, 12.0, 20.0, 33.0, 55.0), 55.0
@@ -28,7 +28,7 @@ def stiffness_at(at, frequency_Hz):
 def stiffnesses(at):
     """The grid's, and the limits between which they are moved."""
     if at.dataset.at_motor:
-        grid = (*(k for k in SOFTER_NM_RAD if k > stiffness_at(at, SLOWEST_HZ)), *STIFFNESSES_NM_RAD)
+        grid = (*(k for k in SOFTER_NM_RAD if k > stiffness_at(at, FREQUENCIES_HZ[0])), *STIFFNESSES_NM_RAD)
         return grid, (0.5 * grid[0], STIFFEST_NM_RAD)
     return tuple(stiffness_at(at, f) for f in FREQUENCIES_HZ), (stiffness_at(at, SOFTEST_HZ), stiffness_at(at, STIFFEST_HZ))
 

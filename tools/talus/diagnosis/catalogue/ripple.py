@@ -16,6 +16,4 @@ def fades(at):
 
 def are_apart(one, other):
     """Are two ripples two? Orders whose beat has not gone through more than one period are one hump of any form, large and opposite."""
-    if one.phase_rad is None or other.phase_rad is None:
-        return True
-    return abs(one.phase_rad - other.phase_rad) > FEWEST_WAVES_RAD
+    return all(abs(a - b) > FEWEST_WAVES_RAD for a in one.phases_rad for b in other.phases_rad)

@@ -15,13 +15,12 @@ def candidates(at):
     ripple, overtone = ("sine_Nm", "cosine_Nm"), ("overtone_sine_Nm", "overtone_cosine_Nm")
 
     for order, fades_Hz in ((k, f) for k in COGGING_ORDERS for f in fades(at) if k * at.motor_range > FEWEST_WAVES_RAD):
-        name = f", fading at {fades_Hz:g} Hz" if fades_Hz else ""
+        name = f" per turn, fading at {fades_Hz:g} Hz" if fades_Hz else " per turn"
         shapes = {"per_turn": float(order), "fades_Hz": fades_Hz}
-        make = lambda form, names, shapes=shapes, phase_rad=order * at.motor_range: at.of_law(
-            "cogging", form, [{n: 1.0} for n in names], shapes, low=(-most,) * len(names), high=(most,) * len(names), phase_rad=phase_rad)
-        yield make(f"{order} per turn{name}", ripple)
-        if order <= LAST_WITH_OVERTONE:
-            yield make(f"{order} and {2 * order} per turn{name}", ripple + overtone)
+        for orders in ((order,), (order, 2 * order)) if order <= LAST_WITH_OVERTONE else ((order,),):
+            names = (ripple + overtone)[:2 * len(orders)]
+            yield at.of_law("cogging", " and ".join(map(str, orders)) + name, [{n: 1.0} for n in names], shapes, low=(-most,) * len(names),
+                            high=(most,) * len(names), phases_rad=tuple(k * at.motor_range for k in orders))  # fmt: skip
 
 
 def size(p):

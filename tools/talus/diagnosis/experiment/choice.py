@@ -247,7 +247,7 @@ def in_words(verdict):
 def propose(search, verdict):
     """What to record next."""
     if verdict.effect == "none":
-        return Proposal("The model explains the recordings down to their noise; nothing needs to be told apart.")
+        return Proposal("No effect shows, so nothing needs to be told apart. What these recordings cannot show is listed with its least size.")
     if search.dataset.load_sensor or search.dataset.velocity_only:
         return Proposal(in_words(verdict))
     return named_effect(search, verdict) if verdict.fit.chosen else unknown_effect(search)
