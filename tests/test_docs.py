@@ -27,7 +27,7 @@ import pytest
 from support import BUILD, REPOSITORY, run
 
 PAGES = ["README.md", *sorted(f"docs/{path.name}" for path in (REPOSITORY / "docs").glob("*.md"))]
-OF_FILMS = ("docs/camera.md", "docs/talus-track.md")  # which are drawn and followed, frame by frame
+LONG = ("docs/camera.md", "docs/python.md", "docs/talus-track.md")  # films that are drawn and followed, and many diagnoses
 CHINESE = "README.zh.md"
 BLOCK = re.compile(r"(?:<!-- file: (\S+) -->\n)?^```(\w*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 NUMBER = re.compile(r"[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?")
@@ -159,7 +159,7 @@ def compile_and_run(text, folder, request):
     return execute([folder / "example"], folder, **there)
 
 
-@pytest.mark.parametrize("page", [pytest.param(page, marks=pytest.mark.long) if page in OF_FILMS else page for page in PAGES if commands_on(page)])
+@pytest.mark.parametrize("page", [pytest.param(page, marks=pytest.mark.long) if page in LONG else page for page in PAGES if commands_on(page)])
 def test_examples(page, folder):
     printed = None
     for name, kind, text in blocks(page):

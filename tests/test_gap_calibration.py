@@ -293,9 +293,9 @@ def test_a_low_pass_that_is_no_frequency_is_refused(tmp_path):
 
 @pytest.mark.parametrize(("model", "options"), [
     (PENDULUM, ()),
-    (PENDULUM, ("--rate", "200", "--encoder-bits", "16", "--excitation", "paper", "--fit")),
+    pytest.param(PENDULUM, ("--rate", "200", "--encoder-bits", "16", "--excitation", "paper", "--fit"), marks=pytest.mark.long),
     pytest.param(LEG, ("--rate", "125", "--duration", "60"), marks=pytest.mark.long),
-    (LEG, ("--rate", "100", "--encoder-bits", "16", "--duration", "60")),
+    pytest.param(LEG, ("--rate", "100", "--encoder-bits", "16", "--duration", "60"), marks=pytest.mark.long),
 ], ids=["pendulum", "pendulum-series", "leg-125", "leg-100"])  # fmt: skip
 def test_a_bench_that_hides_nothing_is_none(model, options, tmp_path):
     """Each of these named a cause, or none that is known, before replicates were there."""

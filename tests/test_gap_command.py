@@ -240,7 +240,7 @@ def test_the_scale_on_the_load_tells_an_efficiency_from_load_friction(tmp_path, 
 @pytest.mark.parametrize("effect, parameters, other", [
     ("load_friction", {"coefficient": 0.1}, "directional_efficiency"),
     ("directional_efficiency", {"driving": 0.5, "back_driving": 0.3}, "load_friction"),
-    ("directional_efficiency", {"driving": 0.3, "back_driving": 0.5}, "load_friction"),
+    pytest.param("directional_efficiency", {"driving": 0.3, "back_driving": 0.5}, "load_friction", marks=pytest.mark.long),
 ])  # fmt: skip
 def test_of_a_single_joint_only_the_size_tells_an_efficiency_from_load_friction(tmp_path, effect, parameters, other):
     """Inertia and gravity take up the scale: of friction more than a quarter of the load is not usual."""
@@ -280,6 +280,7 @@ def test_recordings_need_not_have_the_same_sensors(tmp_path):
         assert report["verdict"]["effect"] == "nonlinear_viscous"
 
 
+@pytest.mark.long
 def test_a_rough_model_file_does_not_hide_an_effect(tmp_path):
     """A foot with a shoe that the file does not know, three times its moment: identification finds it, and so the effect."""
     recording = simulate(tmp_path, {("nonlinear_viscous", "knee"): EFFECTS["nonlinear_viscous", "knee"]})

@@ -157,7 +157,7 @@ ADDED = {
     "held_reading": lambda t, q, v, torque: frozen(torque) - torque,
     "vibration": lambda t, q, v, torque: 0.15 * np.sin(2 * np.pi * 3.37 * t + 1.0),
 }  # fmt: skip
-SLOW = ("changed_load", "power_loss", "gain_by_sign")
+SLOW = ("hysteresis", "changed_load", "power_loss", "gain_by_sign")
 SIZES = {
     "hysteresis": {"size_Nm": (0.4, 0.05), "travel_rad": (0.35, 0.05)},
     "changed_load": {"at_s": (13.0, 0.2)},
@@ -230,6 +230,7 @@ def test_a_knee_that_follows_the_ankle(kind, added):
     assert found.report["resembles"][0]["joint"] == "knee"
 
 
+@pytest.mark.long
 def test_a_cable_over_both_joints_and_its_stiffness():
     """Torques of the energy 1.5 k a + 2 k^2 a, of knee and ankle angles k and a, by each drive's ratio and torque constant."""
     columns = dict(talus.simulate(talus.read(LEG), duration_s=20, seed=5).columns)

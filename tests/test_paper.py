@@ -19,6 +19,7 @@ from support import BUILD, REPOSITORY
 import talus
 from talus import lib
 
+pytestmark = pytest.mark.long
 SECONDS = 16
 JOINTS = ("knee", "ankle")
 VOID = {"meta", "link", "br", "hr", "img", "input"}
@@ -387,7 +388,6 @@ def test_the_papers_settings_cost_what_the_page_says(results):
         assert s["weights"]["base_sigma"][name] > 1.3 * default["base_sigma"][name]
 
 
-@pytest.mark.long
 def test_the_same_run_gives_the_same_bytes(folder, tmp_path):
     again = make_page(tmp_path)
     for name in ("paper.json", "index.html"):

@@ -152,8 +152,9 @@ OF_PARTS = {"emps/emps_identification": {"asymmetric_friction", "unknown"}, "ur1
 INVENTED = {("ur10e/ur10e_joint_4", (0.0, 0.6)): "a friction that drifts"}  # docs/diagnosis.md says so
 
 
+@pytest.mark.long
 @needs_data
-@pytest.mark.parametrize("part", [PARTS[0], *(pytest.param(part, marks=pytest.mark.long) for part in PARTS[1:])], ids=lambda part: "-".join(f"{100 * x:g}" for x in part))
+@pytest.mark.parametrize("part", PARTS, ids=lambda part: "-".join(f"{100 * x:g}" for x in part))
 @pytest.mark.parametrize("recording", OF_PARTS)
 def test_a_part_of_a_recording_invents_no_other_cause(recording, part, tmp_path, request):
     """What a recording shows, or does not show, its parts do not contradict: less of it may only be less sure."""

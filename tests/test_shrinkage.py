@@ -9,8 +9,9 @@ from support import data, needs_data
 EXAMPLES = {"case_000": ("ankle", 0.99), "case_001": ("knee", 0.97)}
 
 
+@pytest.mark.long
 @needs_data
-@pytest.mark.parametrize("case", [pytest.param("case_000", marks=pytest.mark.long), "case_001"])
+@pytest.mark.parametrize("case", EXAMPLES)
 def test_the_model_file_closes_the_gap_on_an_unseen_recording(case, tmp_path):
     joint, bar = EXAMPLES[case]
     measured = measure(data("leg_cases") / case, tmp_path)
