@@ -350,7 +350,7 @@ check:
 	@tools/setup check
 	$(again) all test-programs lint
 	$(again) test MARKED='not builds' PYTEST_FLAGS='-n $(JOBS) --dist loadfile $(PYTEST_FLAGS)'
-	$(again) test MARKED=builds
+	$(again) test MARKED=builds $(if $(filter tests,$(TESTS)),TESTS='$(shell grep -l mark.builds tests/test_*.py)')
 
 test: all test-programs
 	$(Q)$(run_env) $(PYTHON) -m pytest -m 'not long and not rig$(if $(MARKED), and $(MARKED))' $(PYTEST_FLAGS) $(TESTS)

@@ -75,7 +75,7 @@ def test_an_account_that_does_not_balance(tmp_path):
     assert source.status == 1 and f"UNEXPLAINED {600 - there}" in source.printed
 
 
-@pytest.mark.parametrize("cured", [True, False], ids=["cured", "uncured"])
+@pytest.mark.parametrize("cured", [True, pytest.param(False, marks=pytest.mark.long)], ids=["cured", "uncured"])
 def test_events_that_meet_a_full_ring(tmp_path, cured):
     """From the first second to 3.3 s the writer does not look: the next clocks wait for it, or are missing."""
     path = uncured(tmp_path / "uncured", EVENTS_HELD_UP if cured else (*EVENTS_HELD_UP, *EVENT_LEFT_OUT))

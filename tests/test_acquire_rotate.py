@@ -49,7 +49,7 @@ def wait_for(condition):
         time.sleep(0.005)
 
 
-@pytest.fixture(scope="module", params=["20k", "1s"])
+@pytest.fixture(scope="module", params=["20k", pytest.param("1s", marks=pytest.mark.long)])
 def rotated(request, tmp_path_factory):
     """(source, how many frames were sent)."""
     with FrameSource(tmp_path_factory.mktemp("rotated") / "r", options=("--rotate", request.param)) as source:
@@ -178,7 +178,7 @@ def test_a_file_that_cannot_be_compressed_stays(tmp_path):
 
 
 @pytest.mark.release
-@pytest.mark.parametrize("call", [1, 2])
+@pytest.mark.parametrize("call", [1, pytest.param(2, marks=pytest.mark.long)])
 def test_a_disk_that_fails_under_the_compressed_file(tmp_path, monkeypatch, call):
     """What it did not confirm does not replace what it did."""
     library = tmp_path / "failing_disk.so"

@@ -142,6 +142,7 @@ def test_the_truth_loses_nothing(twin, contest):
     assert pair.gain(gram, found.gram.first) < 1e-3 * contest.gains(planned)[0].max()
 
 
+@pytest.mark.long
 def test_the_experiment_brings_what_was_predicted(twin, contest):
     """Run on the twin: the rival's excess over the named one grows as predicted, and the named one stands alone."""
     folder, found, verdict = twin

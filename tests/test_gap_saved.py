@@ -144,7 +144,7 @@ def test_a_first_look_has_every_value_of_a_grid(leg):
 
 
 def test_shapes_of_the_leg_are_predicted_as_they_were_fitted(leg):
-    check_every(leg, 7)
+    check_every(leg, 20)
 
 
 @pytest.mark.long

@@ -71,12 +71,14 @@ def test_beside_one_of_the_catalogue_both_are_named_and_the_model_file_holds_tha
     assert min(one["probability"] for one in found.effects) > 0.9 and len(found.model.effects) == 1 and "stribeck" in found.model_text
 
 
+@pytest.mark.long
 def test_it_is_not_named_where_it_is_not():
     found = talus.diagnose(PENDULUM, bench(), effects=[loom()])
     assert found.verdict["effect"] == "none" and not found.effects
     assert "cable_loom" in {one["effect"] for one in found.report["nearest"] + found.report["not_observable"]}
 
 
+@pytest.mark.long
 def test_a_law_of_the_catalogue_as_a_function_closes_as_much_and_is_not_told_apart_from_it():
     """|v|^p of speed, as lib/effects has it, on a simulation that has it."""
     drag = "effects: [{effect: nonlinear_viscous, joint: joint, parameters: {size_Nm: 0.02, exponent: 2}}]"

@@ -110,6 +110,7 @@ def test_the_next_experiment_of_single_joints_and_of_sensors_at_the_output(diagn
     assert found["next_experiment"]["trajectory"] is None and "mass" in found["next_experiment"]["why"]
 
 
+@pytest.mark.long
 @needs_data
 def test_a_joint_whose_low_pass_cannot_be_halved_has_no_cause_that_is_likelier_than_not(tmp_path):
     """ur10e's joint 5, without the low-pass that its set recommends, asks for 6.8 Hz, where reversals are an imitation of play."""

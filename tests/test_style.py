@@ -115,11 +115,13 @@ def test_header_stands_alone(header):
     compile_quietly("g++", *flags, "-Iinclude", "-fsyntax-only", "-x", "c++", header)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("source", LIBRARY)
 def test_library_compiles_without_warnings(library_folders, source):
     compile_quietly("gcc", *WARNINGS, "-O2", "-ffp-contract=off", *library_folders, "-c", "-o", "/dev/null", source)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("source", PROGRAMS)
 def test_program_compiles_without_warnings(source, application_flags):
     compile_quietly("gcc", *WARNINGS, "-O2", *application_flags, "-c", "-o", "/dev/null", source)
