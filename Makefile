@@ -420,8 +420,8 @@ $(BUILD)/lib/libsanitizer_options.so: tests/sanitizer_options.c
 	$(Q)$(CC) -std=c99 -DTALUS_PRELOAD -shared -fPIC -o $@ $<
 
 # The one static analyser that gates: zero findings. A stamp for each source, so
-# that only what changed is read again. `make lint` leaves out what follows paths
-# through the functions, which takes seven times as long: `make analyse` has it.
+# that only what changed is read again. `make lint` leaves out its path-sensitive
+# checks, which take seven times as long: `make analyse` has them.
 CLANG_TIDY ?= clang-tidy
 LINT_SOURCES := $(LIB_SOURCES) $(if $(APP_MISSING),,$(COMMON_SOURCES) $(TEST_SOURCES) $(BENCH_SOURCES) \
   $(foreach d,$(APP_DIRS),$(call program_sources,$(d))))
@@ -430,13 +430,18 @@ lint_flags = $(if $(filter lib/%,$(1)),$(LIB_FLAGS),$(APP_FLAGS) $(GPIOD_FLAGS))
 
 lint: $(LINT_SOURCES:%=$(BUILD)/lint/%.ok)
 analyse: $(LINT_SOURCES:%=$(BUILD)/analyse/%.ok)
-$(BUILD)/lint/%.ok: tidy_without = --checks=-clang-analyzer-*
-$(BUILD)/lint/%.ok $(BUILD)/analyse/%.ok: % .clang-tidy $(LINT_HEADERS) | $(BUILD)/assets/assets.h
+# One rule each: a pattern rule of two targets counts as having made both.
+define tidy
 	$(say) TIDY $<
 	@mkdir -p $(@D)
-	$(Q)$(CLANG_TIDY) $(tidy_without) --quiet --warnings-as-errors='*' $< -- $(call lint_flags,$<) >$@.out 2>&1 \
+	$(Q)$(CLANG_TIDY) $(1) --quiet --warnings-as-errors='*' $< -- $(call lint_flags,$<) >$@.out 2>&1 \
 	  || { grep -v ' warnings generated\.$$' $@.out; exit 1; }
 	@mv $@.out $@
+endef
+$(BUILD)/lint/%.ok: % .clang-tidy $(LINT_HEADERS) | $(BUILD)/assets/assets.h
+	$(call tidy,--checks=-clang-analyzer-*)
+$(BUILD)/analyse/%.ok: % .clang-tidy $(LINT_HEADERS) | $(BUILD)/assets/assets.h
+	$(call tidy)
 
 # DEMO_SEED draws what is hidden; tools/picture then takes the README's picture (tools/setup browser).
 DEMO_SEED ?= 1
@@ -637,7 +642,7 @@ help:
 	@echo 'make check-arch    one hash over results on other machines, compilers and C libraries'
 	@echo 'make check-coverage branches of the controller that its tests take'
 	@echo 'make check-san     tests under the address and undefined-behaviour sanitizers'
-	@echo 'make check-long    the long tests, the analyser that follows paths, and the tests of make rig'
+	@echo 'make check-long    the long tests, make analyse (path-sensitive checks) and make rig'
 	@echo 'make fuzz          mutated inputs for the export: COUNT of them, from SEED on'
 	@echo 'make rig           tests on a real kernel with CAN and GPIO, in guests where this one has none'
 	@echo 'make paper         reproduce the source paper on one page'
@@ -654,5 +659,5 @@ help:
 	@echo 'make docs-links    do the links to other sites still lead somewhere? needs the network'
 	@echo 'make wheel         the Python package as a file for pip, with its libraries, in $(BUILD)/wheel/'
 	@echo 'make install       DESTDIR, PREFIX ($(PREFIX)); make uninstall'
-	@echo 'make lint format compile_commands.json clean'
+	@echo 'make lint analyse format compile_commands.json clean'
 	@echo 'variables: V=1 CC CFLAGS LDFLAGS BUILD TESTS=tests/test_x.py PYTEST_FLAGS'

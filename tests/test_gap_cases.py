@@ -18,7 +18,7 @@ TRAININGS = {
     "without the faster one": ("train1", "train3"),
 }
 LARGEST_KB = 150_000
-EXAMPLES = ("case_010",)  # all of them in the long run
+EXAMPLES = ("case_010", *(pytest.param(name, marks=pytest.mark.long) for name in ("case_007", "case_019")))  # all of them below
 
 
 def answers(truth):
