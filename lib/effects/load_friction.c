@@ -49,7 +49,7 @@ const tl_effect_kind tl_effect_load_friction = {
     .rotor_share = STRENGTHS + TL_LOAD_ROTOR,
     .strengths = STRENGTHS,
     .shapes = SHAPES,
-    .parameter = {[COEFFICIENT] = {"coefficient", 0.0, 0.6, 0.1, 0, 0.0},
+    .parameter = {[COEFFICIENT] = {"coefficient", 0.0, 0.9, 0.1, 0, 0.0},
                   [STRENGTHS + TL_LOAD_ROTOR] = {"rotor_share", 0.0, 1.0, 1.0, TL_DEFAULT(1.0)},
                   [STRENGTHS + TL_LOAD_FRICTION] = {"friction_share", 0.0, 1.0, 0.0, TL_DEFAULT(0.0)},
                   [STRENGTHS + TL_LOAD_OFFSET] = {"offset_share", 0.0, 1.0, 0.0, TL_DEFAULT(0.0)},

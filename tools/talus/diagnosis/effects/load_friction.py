@@ -8,7 +8,7 @@ from ..catalogue.law import law_at
 from ..catalogue.sizes import percent, torque
 from .entry import Effect
 
-LARGEST_SHARE = 0.45  # of the load, lost in a gear in use
+LARGEST_SHARE = 0.9  # of the load: a gear that loses all of it is not driven back any more
 USUAL_SHARE = 0.25  # at the most
 LOAD_POWERS = (1.5, 2.0)
 OWN_COEFFICIENTS, OWN_WITHIN = (0.05, 0.07, 0.1, 0.14, 0.2, 0.28, 0.4), 1.2
