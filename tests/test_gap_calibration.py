@@ -12,10 +12,11 @@ from scipy.stats import norm
 from support import REPOSITORY, run
 
 import talus
-from talus.diagnosis import nearest, verdict
+from talus.diagnosis import command, nearest, verdict
 from talus.diagnosis.calibration import gains, lowpass, stability, thresholds
 from talus.diagnosis.calibration.gains import Calibration
 from talus.diagnosis.calibration.replicates import Source, driven
+from talus.diagnosis.effects import EFFECTS
 from talus.diagnosis.motion import plant_of
 from talus.diagnosis.search import Search, plain_base
 from talus.diagnosis.torque_terms import TorqueTerms
@@ -281,6 +282,57 @@ def test_the_low_pass_is_the_options_or_the_models(tmp_path):
     scored.write_text(PENDULUM.read_text() + "score: {lowpass_hz: 18}\n")
     found = diagnosed(tmp_path, scored, path, "--quick")["lowpass"]
     assert (found["hz"], found["from"]) == (18.0, "model")
+
+
+def test_the_low_pass_of_the_option_does_what_the_model_files_does(tmp_path):
+    """Windows of the motion and identification follow it, too."""
+    path = bench(tmp_path, PENDULUM, "--duration", "20", "--encoder-bits", "13")
+    scored = tmp_path / "scored.yaml"
+    scored.write_text(PENDULUM.read_text() + "score: {lowpass_hz: 8}\n")
+    given, asked = diagnosed(tmp_path, scored, path), diagnosed(tmp_path, PENDULUM, path, "--lowpass", "8")
+    assert (given["lowpass"].pop("from"), asked["lowpass"].pop("from")) == ("model", "option")
+    assert given == asked
+
+
+def test_a_low_pass_beside_a_score_that_is_none_is_refused_by_the_model_files_line(tmp_path):
+    path = bench(tmp_path, PENDULUM, "--duration", "5")
+    scored = tmp_path / "scored.yaml"
+    scored.write_text(PENDULUM.read_text() + "score: 18\n")
+    done = run("talus-gap", "--model", scored, "--report", tmp_path / "g.json", "--lowpass", "8", path, status=2)
+    assert f"{scored}:" in done.stderr
+
+
+def looks_of(model, folder, path):
+    options = command.Options(["-m", str(model), "-r", str(folder / "gap.json"), str(path)])
+    options.check()
+    given, names, recordings, _ = command.read(options)
+    with command.identifying(options) as found:
+        _, tree = found()
+    return lowpass.Looks(given, recordings, names, tree, lowpass.processed_at(given, recordings, names, given.score.lowpass_hz), EFFECTS)
+
+
+def test_windows_grow_where_no_low_pass_leaves_the_inertia_alone(tmp_path):
+    """12 bits at 250 samples a second: through windows of a thirtieth of a second more than a tenth of what talus-sim moved is
+    lost at any low-pass, through longer ones it is there."""
+    path = bench(tmp_path, PENDULUM, "--duration", "20", "--rate", "250", "--encoder-bits", "12")
+    true = talus.Model.read(PENDULUM).parameters["inertia_kg_m2"]
+    looks = looks_of(PENDULUM, tmp_path, path)
+    short = [(abs(lowpass.inertia_bias(looks.at(hz), 1)), plain_base(looks.at(hz))[0]) for hz in (20.0, 10.0, 6.0)]
+    assert min(bias for bias, _ in short) > thresholds.GIVES_UP
+    assert all(abs(inertia / true - 1) > thresholds.GIVES_UP for _, inertia in short)
+    through, dataset = looks_of(PENDULUM, tmp_path, path).first(None, 1)
+    assert through.fixes_inertia and dataset.processed_recordings[0].window_hz < looks.window_hz
+    assert plain_base(dataset)[0] == pytest.approx(true, rel=thresholds.GIVES_UP)
+
+
+def test_noise_is_not_twice_what_the_model_leaves(tmp_path):
+    """What is foretold is motion. The bound is white noise's, through the low-pass."""
+    dataset, _ = recorded(PENDULUM, tmp_path, bench(tmp_path, PENDULUM, "--duration", "12", "--rate", "250"))
+    before = dataset.sigma["T0"]
+    through = math.sqrt(dataset.bandwidth[0])
+    for share, kept in ((0.6, 1.0), (0.4, 0.4)):
+        dataset.find_sigma(lambda channel, share=share: np.full(len(channel.values), share * before * through))
+        assert dataset.sigma["T0"] == pytest.approx(kept * before, rel=1e-9)
 
 
 def test_a_low_pass_that_is_no_frequency_is_refused(tmp_path):

@@ -37,8 +37,8 @@ says where the gap between a model and its recordings lies, which effect causes 
       --html GAP.html          the diagnosis as a page
       --save-model FITTED.yaml the identified model, extended by the effects that were found
       --trajectory NEXT.csv    the next experiment's trajectory (default: beside GAP.json, GAP.next.csv)
-      --lowpass HZ             of rows and figures (default: the model file's score:, else the fastest at which the
-                               sensors leave the inertia alone)
+      --lowpass HZ             of rows, figures and identification, as the model file's score: has it (default: that, else
+                               the fastest at which the sensors leave the inertia alone)
       --camera-zero RAD        how well the camera's zero is known against the bench (standard deviation): then it tells
                                a bench that leans from an encoder's zero
       --quick                  no replicates: faster, and probabilities are not calibrated
@@ -113,7 +113,7 @@ def identifying(options):
     program = talus.BUILD / "bin" / "talus-identify"
     with tempfile.TemporaryDirectory(prefix="talus-gap-") as folder:
         outputs = [Path(folder) / name for name in ("fitted.yaml", "report.json")]
-        command = [program, "--model", options.flags["--model"], "--out", outputs[0], "--report", outputs[1],
+        command = [program, "--model", model_file(options, Path(folder)), "--out", outputs[0], "--report", outputs[1],
                    "--seed", options.seed, "--quiet", "--", *options.recordings]  # fmt: skip
         try:
             process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
@@ -125,6 +125,20 @@ def identifying(options):
             finally:
                 if process.returncode is None:
                     process.communicate()  # killed, it would leave what it has unpacked
+
+
+def model_file(options, folder):
+    """The model file; with a low-pass asked for, in `folder` with that."""
+    path = Path(options.flags["--model"])
+    try:
+        tree = yaml.safe_load(path.read_text(encoding="utf-8")) if options.lowpass_hz else None
+    except (OSError, ValueError, yaml.YAMLError):
+        return path  # whose faults its reader tells
+    if not isinstance(tree, dict) or not isinstance(tree.get("score", {}), dict):
+        return path
+    asked = {**tree, "score": {**tree.get("score", {}), "lowpass_hz": options.lowpass_hz}}
+    (folder / "model.yaml").write_text(yaml.safe_dump(asked, allow_unicode=True, sort_keys=False), encoding="utf-8")
+    return folder / "model.yaml"
 
 
 def identified(options, process, outputs):
@@ -150,6 +164,8 @@ def read(options):
     except OSError as error:
         raise Refused(1, str(error)) from error
     model.effects = []
+    if options.lowpass_hz:
+        model.score.lowpass_hz = options.lowpass_hz
     for recording in recordings:
         recording.score = model.score
     return model, names, recordings, findings

@@ -11,7 +11,7 @@ import numpy as np
 import talus
 
 from . import noise
-from .calibration.thresholds import GIVES_UP, PART
+from .calibration.thresholds import GIVES_UP, HALF, PART
 from .effects import EFFECTS
 
 SCORED, NEAR_STOP = 1, 2
@@ -162,8 +162,16 @@ class Dataset:
             repeats = [(s, len(c.rows)) for c in mine if (s := self._repeat_sigma(c)) is not None]
             self.sigma[kind] = max(self._pooled(repeats) if repeats else self._unrepeated_sigma(mine, residual, white), 1e-12)
             self.irregular[kind] = self._irregular(mine, self.sigma[kind] / max(white, 1e-12)) if repeats else 0.0
+            if residual and kind[0] == "T":
+                self.sigma[kind] = self._none_beyond(self.sigma[kind], mine, residual)
         if "E" in self.sigma:  # quantisation repeats with the motion, so repeats do not show all of it
             self.sigma["E"] = max(self.sigma["E"], *(self._step(record) for record in range(len(self.processed_recordings))))
+
+    def _none_beyond(self, sigma, channels, residual):
+        """What a model foretells is no noise: of slow samples what is rough is motion, and noise is at the most what is left."""
+        left = self._pooled([(np.sqrt(np.mean(residual(c)[c.rows] ** 2) / self.bandwidth[c.record]), len(c.rows))
+                             for c in channels if len(c.rows)])  # fmt: skip
+        return max(left, 1e-12) if left < HALF * sigma else sigma
 
     def _step(self, record):
         """What the steps of both sensors of the ankle do to their difference (RMS)."""

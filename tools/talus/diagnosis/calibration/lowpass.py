@@ -2,7 +2,8 @@
 
 Steps and noise of the angles, and slow samples, make regressors that are off, and these pull the fitted inertia away from the
 true one (errors in variables). How far is told by replicates: the identified model recorded anew by the same sensors, and
-identified once more. The windows of the motion stay as short as the score's own low-pass asks: longer ones would smear reversals.
+identified once more. The windows of the motion stay as short as the score's own low-pass asks, for longer ones smear reversals; unless
+no low-pass leaves the inertia alone through these.
 """
 
 import copy
@@ -42,6 +43,11 @@ class Lowpass:
         return None if off > HALF else off <= GIVES_UP
 
     @property
+    def leaves_inertia(self):
+        """As far as it can be told."""
+        return self.bias is None or self.fixes_inertia
+
+    @property
     def cannot_be_halved(self):
         """Do the data ask for one so slow that rivals cannot be tried at half of it?"""
         return self.source == "data" and 0.5 * self.hz < SLOWEST_HZ
@@ -59,14 +65,14 @@ def too_coarse(model):
                    f"the identified {inertia}, at any low-pass", "a finer encoder, or faster motion over a larger range")  # fmt: skip
 
 
-def processed_at(model, recordings, names, hz):
-    """The recordings through a low-pass of this frequency."""
+def processed_at(model, recordings, names, hz, window_hz=None):
+    """The recordings through a low-pass of this frequency, the motion's windows as long as another asks: by default the model's."""
     out = []
     for recording, name in zip(recordings, names):
         one = copy.copy(recording)
         one.score = ffi.new("tl_score_settings *", model.score[0])
         one.score.lowpass_hz = hz
-        out.append(ProcessedRecording(model, one, name, model.score.lowpass_hz))
+        out.append(ProcessedRecording(model, one, name, window_hz or model.score.lowpass_hz))
     return out
 
 
@@ -104,14 +110,13 @@ def kept_hz(processed, hz):
     return hz
 
 
-def chosen(at, hz, kept, seed):
-    """(Lowpass, its dataset): from `hz` down to where the inertia is left alone and the windows keep the band (`kept`), or where the
-    inertia is least wrong; `at(hz)` is a dataset."""
+def chosen(looks, hz, kept):
+    """(Lowpass, its dataset): of `looks`, from `hz` down, the first where the inertia is left alone and the windows keep the band
+    (`kept`), or where the inertia is least wrong; `looks` gives (Lowpass, dataset) of each frequency."""
     best = None
     while True:
-        dataset = at(hz)
-        bias = inertia_bias(dataset, seed)
-        found = Lowpass(hz, "data", bias), dataset
+        found = looks(hz)
+        bias = found[0].bias
         if bias is None or (abs(bias) < RIGHT_TO and hz <= kept):
             return found
         if best is None or abs(bias) < abs(best[0].bias):
@@ -126,13 +131,13 @@ class Looks:
 
     def __init__(self, model, recordings, names, tree, processed, effects):
         self.model, self.recordings, self.names, self.tree, self.processed = model, recordings, names, tree, processed
-        self.effects = effects
+        self.effects, self.window_hz = effects, model.score.lowpass_hz
 
     def at(self, hz):
         """The dataset."""
         processed, self.processed = self.processed, None  # looked through once: they would only take up memory
-        if not processed or hz != self.model.score.lowpass_hz:
-            processed = processed_at(self.model, self.recordings, self.names, hz)
+        if not processed or (hz, self.window_hz) != (self.model.score.lowpass_hz,) * 2:
+            processed = processed_at(self.model, self.recordings, self.names, hz, self.window_hz)
         return dataset_of(self.model, processed, self.tree, self.effects)
 
     def first(self, wanted_hz, seed):
@@ -142,7 +147,27 @@ class Looks:
             return Lowpass(wanted_hz, "option"), self.at(wanted_hz)
         if "score" in self.tree:
             return Lowpass(own_hz, "model"), self.at(own_hz)
-        return chosen(self.at, own_hz, kept_hz(self.processed, own_hz), seed)
+        found = chosen(functools.partial(self._from_data, seed), own_hz, kept_hz(self.processed, own_hz))
+        return found if found[0].leaves_inertia or found[0].nothing_left else self._with_longer_windows(found, seed)
+
+    def _from_data(self, seed, hz):
+        dataset = self.at(hz)
+        return Lowpass(hz, "data", inertia_bias(dataset, seed)), dataset
+
+    def _with_longer_windows(self, found, seed):
+        """The same where windows as long as a slower low-pass asks leave the inertia known, the shortest of them; else what was found."""
+
+        def longer(hz):
+            self.window_hz = hz
+            return self._from_data(seed, hz)
+
+        own_hz = self.window_hz
+        other = chosen(longer, own_hz / STEP, own_hz)
+        if not other[0].leaves_inertia:
+            self.window_hz = own_hz
+            return found
+        self.window_hz = other[0].hz
+        return other
 
     def around(self, through):
         """What makes the datasets at half and at twice of a Lowpass that cannot be halved; nothing for another."""
