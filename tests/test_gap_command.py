@@ -237,6 +237,13 @@ def test_the_scale_on_the_load_tells_an_efficiency_from_load_friction(tmp_path, 
     assert (report["verdict"]["effect"], report["verdict"]["joint"]) == (effect, "knee")
 
 
+def test_load_friction_of_a_gear_that_is_hardly_driven_back_has_its_size(tmp_path):
+    report = diagnose(tmp_path, simulate(tmp_path, {("load_friction", "knee"): {"coefficient": 0.7}}))
+    first = report["effects"][0]
+    assert (first["effect"], first["joint"]) == ("load_friction", "knee")
+    assert first["parameters"]["coefficient"] == pytest.approx(0.7, rel=0.03) and first["closes"]["knee"] > 0.95
+
+
 @pytest.mark.parametrize("effect, parameters, other", [
     ("load_friction", {"coefficient": 0.1}, "directional_efficiency"),
     ("directional_efficiency", {"driving": 0.5, "back_driving": 0.3}, "load_friction"),

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 import talus
 from support import REPOSITORY, data, needs_data, run
-from talus.diagnosis import gate
+from talus.diagnosis import gate, report
 from talus.diagnosis.gate import machine
+from talus.diagnosis.gate.finding import Finding
 from talus.known import gate_scores, gates, spoilings
 
 PLANTS = ("leg", "pendulum", "slider")
@@ -120,6 +121,12 @@ def test_slow_ramps_do_not_speak_against_what_a_fast_motion_tells(tmp_path):
     assert np.mean(beyond**2) > 4 * np.mean(rows[1].measured ** 2)  # each by itself, they differ
     for order in (1, -1):
         assert gate.findings(model, names[::order], recordings[::order]) == []
+
+
+@pytest.mark.parametrize(("evidence", "begin"), [("rec/a.csv: 60 % of the rows", "rec/a.csv: 60 %"), ("all angles hang", "All angles hang")])
+def test_a_finding_as_a_sentence_keeps_a_files_name(evidence, begin):
+    said = report.remedy(Finding("stuck", True, "", evidence, "look at the sensor"))
+    assert said.startswith(begin) and said.endswith("Next: look at the sensor.")
 
 
 def test_a_cause_is_withheld_while_a_grave_finding_stands(tmp_path, sound):

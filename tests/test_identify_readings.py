@@ -1,6 +1,7 @@
 """What the recordings' other readings add to the standard deviations, against NumPy's own sums."""
 
 import json
+import re
 
 import numpy as np
 import pytest
@@ -134,6 +135,17 @@ def test_an_inertia_that_cannot_be_fixed_is_said(tmp_path):
     assert mass["hidden_by_noise"] and mass["sigma"] is None and mass["identifiable"]
     assert "these recordings do not fix mass_kg" in done.stderr
     assert "these recordings do not fix mass_kg" in page.read_text()
+
+
+def test_what_sensors_move_by_more_than_tenfold_gets_no_figure(tmp_path):
+    """8 bits at 1000 Hz: percents of nearly nothing had up to seven digits."""
+    path, model = tmp_path / "b.csv", REPOSITORY / "models/pendulum.yaml"
+    said = {}
+    for bits in (8, 10):
+        run("talus-sim", "--model", model, "--out", path, "--encoder-bits", bits, "--duration", "20", "--rate", "1000")
+        said[bits] = run("talus-identify", "--quiet", "--model", model, "--out", tmp_path / "o.yaml", path).stderr
+    assert "inertia_kg_m2: resolution, noise and sampling of the angles move it by more than 10 times what was found" in said[8]
+    assert re.search(r"inertia_kg_m2: resolution, noise and sampling of the angles move it by \d{2,4} % of what was found", said[10])
 
 
 def test_a_motion_that_coarser_steps_would_hide_is_identified_without_a_deviation(tmp_path):

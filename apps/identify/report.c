@@ -9,6 +9,7 @@
 
 #define SLOW_WINDOW 1.5   /* a window of so many periods of the low-pass smears what is scored */
 #define FIXED_WITHIN 0.01 /* of an inertia: a larger standard deviation is said */
+#define MANY_TIMES 10.0   /* what was found: farther off, a figure says no more */
 #define POORLY_KNOWN 0.5  /* of the parameter's size: a standard deviation to warn of */
 #define IN_DIRECTION 1e-3 /* share of a null direction from which on a parameter belongs to it */
 
@@ -212,14 +213,19 @@ int report_inertia_text(const struct report_input *in, int parameter, char *text
   const tl_identify_result *r = &in->fit->result;
   const tl_parameter *p = &tl_parameters(&in->fit->problem.model, &(int){0})[parameter];
   double value = fabs(r->value[parameter]), systematic = r->systematic[parameter];
+  char moved[40];
 
   if (!r->identifiable[parameter]) return 0;
   if (r->hidden[parameter]) {
+    if (value > 0.0 && systematic <= MANY_TIMES * value)
+      snprintf(moved, sizeof moved, "%.0f %% of", 100.0 * systematic / value);
+    else
+      snprintf(moved, sizeof moved, "more than %.0f times", MANY_TIMES);
     snprintf(
         text, size,
-        "these recordings do not fix %s: resolution, noise and sampling of the angles move it by %.0f %% of "
+        "these recordings do not fix %s: resolution, noise and sampling of the angles move it by %s "
         "what was found, and it may be any amount too small",
-        p->name, value > 0.0 ? 100.0 * systematic / value : 100.0);
+        p->name, moved);
     return 1;
   }
   if (!p->positive || !(r->sigma[parameter] > FIXED_WITHIN * value)) return 0;

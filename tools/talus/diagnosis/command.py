@@ -37,8 +37,8 @@ says where the gap between a model and its recordings lies, which effect causes 
       --html GAP.html          the diagnosis as a page
       --save-model FITTED.yaml the identified model, extended by the effects that were found
       --trajectory NEXT.csv    the next experiment's trajectory (default: beside GAP.json, GAP.next.csv)
-      --lowpass HZ             of rows, figures and identification, as the model file's score: has it (default: that, else
-                               the fastest at which the sensors leave the inertia alone)
+      --lowpass HZ             of rows, figures and identification (default: the model file's score:, else the fastest at
+                               which the sensors leave the inertia alone)
       --camera-zero RAD        how well the camera's zero is known against the bench (standard deviation): then it tells
                                a bench that leans from an encoder's zero
       --quick                  no replicates: faster, and probabilities are not calibrated
@@ -87,7 +87,8 @@ class Options:
         inputs = {os.path.realpath(path) for path in (self.flags["--model"], *self.recordings)}
         for path in outputs:
             if os.path.realpath(path) in inputs:
-                raise Refused(2, f"{path}: is an input and an output")
+                raise Refused(2, f"{path}: is an input and an output; expected a file of its own for each of --report, --html, --save-model and "
+                                 "--trajectory")  # fmt: skip
 
     def _above_0(self, name, what):
         """A number, or None where the option was not given."""
@@ -230,7 +231,10 @@ def diagnose(options, step, own=()):
     del processed
     through, dataset = looks.first(options.lowpass_hz, seed)
     if through.nothing_left:
-        return report.withheld(identification, [lowpass.too_coarse(model), *findings]), tree, model
+        return report.withheld(identification, [lowpass.too_coarse(model, through), *findings]), tree, model
+    if through.window_hz:
+        say(f"{NAME}: note: windows as short as the model file's low-pass asks for lose the {lowpass.inertia_of(model)}; longer ones were taken "
+            f"(`--lowpass {through.window_hz:.3g}` identifies with them, too)")  # fmt: skip
     dataset.inertia_kept = 1.0 + (through.bias or 0.0)
     finished, fit = search(dataset, list(model.base.values()), step, seed, replicated=not options.quick)
     step("half the low-pass")

@@ -37,7 +37,8 @@ def diagnosis(search, verdict, seed, findings, through):
         "schema": SCHEMA,
         "verdict": entry(*named),
         "alternatives": [entry(*p) for p in verdict.probabilities[1:]],
-        "lowpass": {"hz": through.hz, "from": through.source, "stable": verdict.stable, "inertia_bias": through.bias},
+        "lowpass": {"hz": through.hz, "from": through.source, "stable": verdict.stable, "inertia_bias": through.bias,
+                    "window_hz": through.window_hz},
         "selection": "blocks",
         "calibrated": search.calibration is not None,
         "replicates": len(search.calibration.gains) if search.calibration else 0,
@@ -84,7 +85,7 @@ def withheld(identification, findings):
                       "identified_rms": error["identified_rms"], "extended_rms": error["identified_rms"],
                       "noise_floor_rms": 0.0, "closed_fraction": 0.0, "reversal_rms": 0.0}  # fmt: skip
     return Diagnosis({"schema": SCHEMA, "verdict": {**entry(1.0, "unknown", "none"), "withheld": True}, "alternatives": [], "effects": [],
-                      "lowpass": {"hz": None, "from": None, "stable": None, "inertia_bias": None}, "selection": "blocks",
+                      "lowpass": {"hz": None, "from": None, "stable": None, "inertia_bias": None, "window_hz": None}, "selection": "blocks",
                       "calibrated": False, "replicates": 0, "nearest": [], "resembles": [],
                       "gap": gap, "motion": {}, "where": [], "confusable": [], "not_observable": [],
                       "next_experiment": {"why": remedy(findings[0]), "trajectory": None, "needs": None, "parts": []},
@@ -93,7 +94,10 @@ def withheld(identification, findings):
 
 def remedy(finding):
     """What to do about a finding, as a sentence after what was seen."""
-    return f"{finding.evidence[0].upper()}{finding.evidence[1:]}. Next: {finding.remedy}."
+    begin = finding.evidence[0]
+    if not finding.evidence.split()[0].endswith(":"):  # a file's name stays as it is
+        begin = begin.upper()
+    return f"{begin}{finding.evidence[1:]}. Next: {finding.remedy}."
 
 
 def entries(findings):

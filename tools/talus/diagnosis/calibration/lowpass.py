@@ -8,7 +8,7 @@ no low-pass leaves the inertia alone through these.
 
 import copy
 import functools
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -30,11 +30,15 @@ ALL_OF_IT = -1.0
 
 @dataclass(frozen=True)
 class Lowpass:
-    """`hz`; `source` "model" (the file's), "option" or "data"; `bias` that is left of the inertia, None where that cannot be told."""
+    """`hz`; `source` "model" (the file's), "option" or "data"; `bias` that is left of the inertia, None where that cannot be told;
+    `window_hz` whose windows the motion is seen through, where the model file's were too short; `left`, the share of the
+    measured torque (RMS) that the plain model does not explain, where most of the inertia is lost."""
 
     hz: float
     source: str
     bias: float | None = None
+    window_hz: float | None = None
+    left: float = 0.0
 
     @property
     def fixes_inertia(self):
@@ -54,15 +58,23 @@ class Lowpass:
 
     @property
     def nothing_left(self):
-        """Do they leave nothing of it at any frequency?"""
-        return self.bias == ALL_OF_IT
+        """Do they leave nothing of it at any frequency, or most of the torque unexplained as well?"""
+        return self.bias == ALL_OF_IT or (self.fixes_inertia is None and self.left > HALF)
 
 
-def too_coarse(model):
+def inertia_of(model):
+    """Its name: a slider's is a mass."""
+    return "inertia" if model.torque_unit == "Nm" else "mass"
+
+
+def too_coarse(model, through):
     """The finding where nothing is left."""
-    inertia = "inertia" if model.torque_unit == "Nm" else "mass"
-    return Finding("coarse", True, "", "steps and noise of the angles are so large, or the machine is so unlike the model, that nothing is left of "
-                   f"the identified {inertia}, at any low-pass", "a finer encoder, or faster motion over a larger range")  # fmt: skip
+    inertia, torque = inertia_of(model), "torque" if model.torque_unit == "Nm" else "force"
+    what = f"nothing is left of the identified {inertia}, at any low-pass" if through.bias == ALL_OF_IT else (
+        f"the identified {inertia} comes out {100 * abs(through.bias):.0f} % too {'small' if through.bias < 0 else 'large'}, and "
+        f"{100 * through.left:.0f} % of the measured {torque} stays unexplained")  # fmt: skip
+    return Finding("coarse", True, "", f"steps and noise of the angles are so large, or the machine is so unlike the model, that {what}",
+                   "a finer encoder, or faster motion over a larger range")  # fmt: skip
 
 
 def processed_at(model, recordings, names, hz, window_hz=None):
@@ -98,6 +110,16 @@ def inertia_bias(dataset, seed):
         return ALL_OF_IT
     off = np.linalg.eigvalsh(root @ found @ root.T) - 1.0
     return float(off[np.argmax(np.abs(off))])
+
+
+def share_left(dataset):
+    """RMS that the plain model leaves of the torque, over the measured one's; several joints' in units of their noise."""
+    base, left, whole = plain_base(dataset), 0.0, 0.0
+    for channel in (c for c in dataset.channels if c.kind[0] == "T"):
+        measured = channel.values[channel.rows] / dataset.sigma[channel.kind]
+        plain = dataset.base_columns(channel)[:, :dataset.bases] @ base / dataset.sigma[channel.kind]
+        left, whole = left + np.sum((measured - plain) ** 2), whole + np.sum(measured**2)
+    return float(np.sqrt(left / max(whole, 1e-300)))
 
 
 def kept_hz(processed, hz):
@@ -147,27 +169,29 @@ class Looks:
             return Lowpass(wanted_hz, "option"), self.at(wanted_hz)
         if "score" in self.tree:
             return Lowpass(own_hz, "model"), self.at(own_hz)
-        found = chosen(functools.partial(self._from_data, seed), own_hz, kept_hz(self.processed, own_hz))
-        return found if found[0].leaves_inertia or found[0].nothing_left else self._with_longer_windows(found, seed)
+        found, dataset = chosen(functools.partial(self._from_data, seed), own_hz, kept_hz(self.processed, own_hz))
+        if not found.leaves_inertia and found.bias != ALL_OF_IT:
+            found, dataset = self._with_longer_windows(found, dataset, seed)
+        return (replace(found, left=share_left(dataset)) if found.fixes_inertia is None else found), dataset
 
     def _from_data(self, seed, hz):
         dataset = self.at(hz)
         return Lowpass(hz, "data", inertia_bias(dataset, seed)), dataset
 
-    def _with_longer_windows(self, found, seed):
-        """The same where windows as long as a slower low-pass asks leave the inertia known, the shortest of them; else what was found."""
+    def _with_longer_windows(self, found, dataset, seed):
+        """(Lowpass, dataset) through windows as long as the low-pass itself asks, if they leave the inertia known; else those found."""
 
         def longer(hz):
             self.window_hz = hz
             return self._from_data(seed, hz)
 
         own_hz = self.window_hz
-        other = chosen(longer, own_hz / STEP, own_hz)
-        if not other[0].leaves_inertia:
+        other, its_dataset = chosen(longer, own_hz / STEP, own_hz)
+        if not other.leaves_inertia:
             self.window_hz = own_hz
-            return found
-        self.window_hz = other[0].hz
-        return other
+            return found, dataset
+        self.window_hz = other.hz
+        return replace(other, window_hz=other.hz), its_dataset
 
     def around(self, through):
         """What makes the datasets at half and at twice of a Lowpass that cannot be halved; nothing for another."""

@@ -23,7 +23,8 @@ OPEN = 1 / 3  # of the gap: where a cause leaves as much, half of what it closes
 HALF = 0.5
 """Of probabilities: what is likelier to be nothing than not is not taken. Of what effects leave open, that a cause outside the catalogue
 closes: then it is as likely. Of the replicates' width: so near to their largest gain the readings alone may have done it. Of the
-inertia: where the sensors take more than they leave, no cause is sure. Of what a drive's law tells: what a replicate must show of it. Of the
+inertia: where the sensors take more than they leave, no cause is sure; and where the model leaves more than half of the torque as well, no
+verdict is. Of what a drive's law tells: what a replicate must show of it. Of the
 noise: where a model leaves less, it was motion."""
 NEARLY_HALF = 0.45
 """Of what stands open, that a further effect must close: an approximate form of the first one leaves what a wrong second one fits. Of

@@ -184,6 +184,8 @@ def _calibration(report):
     seen = f"Rows and figures are seen through a low-pass of {report['lowpass']['hz']:.3g} Hz"
     bias = report["lowpass"]["inertia_bias"]
     seen += "." if bias is None else f"; there the sensors alone put the inertia {100 * bias:+.1f} % off."
+    if report["lowpass"]["window_hz"]:
+        seen += " The motion is differentiated over windows of one period of that; shorter ones lose more of the inertia."
     if bias is not None and abs(bias) > GIVES_UP:
         seen += " That is so much that an effect may stand for it: one counts only for what it gains beyond anything in replicates."
     slow = Lowpass(report["lowpass"]["hz"], report["lowpass"]["from"]).cannot_be_halved
