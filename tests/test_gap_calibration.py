@@ -261,10 +261,46 @@ def test_noise_gains_an_effect_whatever_its_strength(tmp_path):
     assert {key for key, _ in every} - set(bound)
 
 
-@pytest.mark.parametrize(("hz", "source", "halved"), [(9.9, "data", False), (10.0, "data", True), (6.0, "model", True), (6.0, "option", True)])
-def test_a_low_pass_that_the_data_ask_for_can_be_halved_down_to_5_hz(hz, source, halved):
-    """What a user gives is the user's word."""
-    assert lowpass.Lowpass(hz, source).cannot_be_halved is not halved
+@pytest.mark.parametrize(("hz", "source", "other"), [(9.9, "data", None), (10.0, "data", 5.0), (10.0, "model", 5.0), (6.0, "model", 12.0),
+                                                     (3.0, "option", 6.0)])  # fmt: skip
+def test_a_verdict_must_hold_at_half_a_low_pass_or_at_twice_of_one_below_10_hz(hz, source, other):
+    """Not where the data ask for it, for at twice of that the sensors show."""
+    assert lowpass.Lowpass(hz, source).other_hz == other
+
+
+@pytest.mark.parametrize(("machine", "own", "given", "bias"), [(True, 0.05, -0.9, 0.05), (False, -0.07, -0.85, -0.85), (False, -0.9, 0.02, -0.9),
+                                                             (False, None, -0.6, -1.0), (False, 0.3, None, 0.3)])  # fmt: skip
+def test_where_the_sensors_left_no_inertia_the_model_as_given_tells_what_they_take(machine, own, given, bias, monkeypatch):
+    """A fit that is no machine cannot: its own inertia is what they left."""
+    dataset = SimpleNamespace(prior="given", load_sensor=False, velocity_only=False)
+    monkeypatch.setattr(lowpass, "machine_bases", lambda dataset: ["own"])
+    monkeypatch.setattr(lowpass, "plain_base", lambda dataset: "plain")
+    monkeypatch.setattr(lowpass, "has_inertia", lambda dataset, base: machine)
+    monkeypatch.setattr(lowpass, "_bias_at", lambda dataset, base, seed: {"own": own, "given": given}[base])
+    assert lowpass.inertia_bias(dataset, 1) == bias
+
+
+def test_a_free_swing_through_a_coarse_encoder_leaves_no_inertia(tmp_path):
+    """Hardly any torque is needed, so that inertia and gravity are only told against each other, and the encoder's steps spoil both. The swing
+    is SciPy's."""
+    t, inertia, gravity = np.arange(0.0, 20.0, 0.002), 0.045, 0.15 * 9.81
+    torque = lambda t: 0.02 * (np.sin(2 * math.sqrt(gravity / inertia) * t) + np.sin(3.1 * t) + 0.5 * np.sin(9.7 * t))
+    swing = lambda t, x: [x[1], (torque(t) - gravity * math.sin(x[0]) - 0.003 * x[1]) / inertia]
+    q = solve_ivp(swing, (0.0, 20.0), [1.2, 0.0], t_eval=t, rtol=1e-9, atol=1e-9).y[0]
+    step = 2 * math.pi / 2**9
+    np.savetxt(tmp_path / "swing.csv", np.c_[t, step * np.round(q / step), torque(t)], delimiter=",",
+               header="time_s,joint_rad,joint_torque_Nm", comments="")  # fmt: skip
+    dataset, _ = recorded(PENDULUM, tmp_path, tmp_path / "swing.csv")
+    assert lowpass.inertia_bias(dataset, 1) < -thresholds.HALF
+    assert lowpass.Lowpass(30.0, "data", lowpass.inertia_bias(dataset, 1)).fixes_inertia is None
+
+
+def test_a_column_that_runs_away_explains_nothing(tmp_path):
+    dataset, _ = recorded(PENDULUM, tmp_path, bench(tmp_path, PENDULUM, "--duration", "20"))
+    search = Search(dataset, plain_base(dataset))
+    runaway = lambda terms: {kind: np.where(np.arange(len(terms.t_s)) < 100, 1.0, np.inf) for kind in dataset.kinds}
+    alone, beside = search.gram.held_out([]), search.gram.held_out([runaway])
+    assert beside[0] == pytest.approx(alone[0], rel=1e-6) and np.all(np.isfinite(beside[1]))
 
 
 def test_coarse_encoders_get_a_slower_low_pass_and_fine_ones_do_not(tmp_path):

@@ -23,7 +23,7 @@ def fit_of(chosen):
 
 @pytest.fixture
 def judged(monkeypatch):
-    """The verdict's further effects, where two rivals share the second place as given, and half the low-pass shows them or not."""
+    """The verdict's further effects, where two rivals share the second place as given, and another low-pass shows them or not."""
 
     def judge(shares, shown=True, nothing=0.0):
         monkeypatch.setattr(verdict, "rivals", lambda search, fit: [fit_of([FIRST, GIVEN]), fit_of([FIRST, RIVAL])])
@@ -32,7 +32,7 @@ def judged(monkeypatch):
         monkeypatch.setattr(further, "survives", lambda search, fit, rivals, dataset: shown)
         search = SimpleNamespace(fit=fit_of, further={GIVEN.key: nothing})
         found = SimpleNamespace(fit=fit_of([FIRST, GIVEN]), further={})
-        return further.judged(search, found, half_dataset=object())
+        return further.judged(search, found, elsewhere=object())
 
     return judge
 
@@ -52,7 +52,7 @@ def test_another_set_takes_its_share_but_not_the_place(judged):
     assert [c.key for c in found.fit.chosen] == [FIRST.key, GIVEN.key] and found.further == {GIVEN.key: pytest.approx(0.3)}
 
 
-def test_what_half_the_low_pass_does_not_show_is_doubted(judged):
+def test_what_another_low_pass_does_not_show_is_doubted(judged):
     assert judged([1.0, 0.0], shown=False).further == {GIVEN.key: thresholds.NEARLY_HALF}
     assert judged([1.0, 0.0]).further == {GIVEN.key: pytest.approx(1.0)}
 

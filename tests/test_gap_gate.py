@@ -123,6 +123,16 @@ def test_slow_ramps_do_not_speak_against_what_a_fast_motion_tells(tmp_path):
         assert gate.findings(model, names[::order], recordings[::order]) == []
 
 
+def test_a_drive_may_brake_what_another_one_drives():
+    """Its torque times its speed, against what the others put into the motion; nothing else does."""
+    speed = np.sin(np.linspace(0.0, 30.0, 600))
+    rows = machine.Rows(np.c_[np.sign(speed), speed], -2.0 * speed, np.zeros(600), np.array([0.1, 0.1]), ("knee_coulomb", "knee_viscous"))
+    turned = machine.Explanation("sign", "", "", 1.0, -1.0)
+    assert rows.power_W == pytest.approx(-1.0, abs=0.05)
+    assert machine._impossible(rows, 0.1, turned, 0.0) and machine._impossible(rows, 0.1, turned, -3.0)
+    assert machine._impossible(rows, 0.1, turned, 0.5) and not machine._impossible(rows, 0.1, turned, 1.2)
+
+
 @pytest.mark.parametrize(("evidence", "begin"), [("rec/a.csv: 60 % of the rows", "rec/a.csv: 60 %"), ("all angles hang", "All angles hang")])
 def test_a_finding_as_a_sentence_keeps_a_files_name(evidence, begin):
     said = report.remedy(Finding("stuck", True, "", evidence, "look at the sensor"))

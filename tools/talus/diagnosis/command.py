@@ -55,7 +55,7 @@ TOO_LITTLE_MOTION = "too few samples in motion"  # talus-identify's words
 LARGEST_SEED = 2**64 - 1
 # percent of the time after which each stage began, between a minute of a leg without an effect and one of a pendulum with one
 BEGINS = {"recordings": 0, "identification": 3, "low-pass": 7, "candidates": 10, "single effects": 18, "candidates, once more": 20,
-          "combinations": 65, "half the low-pass": 75, "maps": 85, "model with effects": 90, "page": 98}  # fmt: skip
+          "combinations": 65, "another low-pass": 75, "maps": 85, "model with effects": 90, "page": 98}  # fmt: skip
 
 
 class Options:
@@ -237,9 +237,9 @@ def diagnose(options, step, own=()):
             f"(`--lowpass {through.window_hz:.3g}` identifies with them, too)")  # fmt: skip
     dataset.inertia_kept = 1.0 + (through.bias or 0.0)
     finished, fit = search(dataset, list(model.base.values()), step, seed, replicated=not options.quick)
-    step("half the low-pass")
+    step("another low-pass")
     finished.camera_zero_rad = options.camera_zero_rad
-    verdict = judge(finished, fit, None if options.quick else looks.half_of(through), looks.around(through), through.fixes_inertia)
+    verdict = judge(finished, fit, None if options.quick else looks.other_than(through), looks.around(through), through.fixes_inertia)
     step("maps")
     return report.diagnosis(finished, verdict, seed, findings, through), tree, model
 

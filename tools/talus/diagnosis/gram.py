@@ -149,13 +149,14 @@ class Gram:
         return [rows[w[0]] if len(w) else 0.0 for rows, w in zip(self.rows, where)]
 
     def _make(self, column):
+        """Rows of a column; of one that runs away, as a body of absurd size does, zeros: it explains nothing."""
         shown = column.along(self.all_terms) if isinstance(column, Column) else [column(terms) for terms in self.all_terms]
         out = [np.zeros(layout.rows, np.float32) for layout in self.layouts]
         for layout, rows in zip(self.layouts, out):
             for record, channel in layout.channel.items():
                 if layout.kind in shown[record]:
                     layout.put(rows, record, shown[record][layout.kind][channel.thinned])
-        return out
+        return out if all(np.isfinite(rows).all() for rows in out) else [np.zeros_like(rows) for rows in out]
 
     def forget(self, kept):
         """Leaves of the columns made since the begin only those of the candidates `kept`."""

@@ -32,7 +32,7 @@ class Verdict:
         self.probabilities = [(p / total, effect, joint) for p, effect, joint in kept]
         self.fit, self.open_share = fit, open_share
         self.likeliest = {}  # (effect, joint): the likeliest fit with that effect, which stands last in it
-        self.stable = None  # does it survive half the low-pass? None where nothing is named, or that was not tried
+        self.stable = None  # does it survive another low-pass? None where nothing is named, or that was not tried
         self.further = {}  # (effect, joint): probability of each effect after the first
         self.beyond = None  # outside.beside.Beyond: what could stand there that is in no catalogue
         self.resembles = []  # [(probability, candidate)] of that
@@ -200,15 +200,15 @@ def _weight(fit):
     return math.prod(candidate.weight(strengths) for candidate, strengths in zip(fit.chosen, fit.strengths, strict=True))
 
 
-def judge(search, fit, half=None, around=(), fixed=True):
-    """The verdict on a search's outcome, and the fit with the named effect in front. `half` makes the dataset through half the
+def judge(search, fit, other=None, around=(), fixed=True):
+    """The verdict on a search's outcome, and the fit with the named effect in front. `other` makes the dataset through another
     low-pass, at which a named effect must show as well; `around` makes those at which it must have the same size where that cannot be
     tried. `fixed`: do the sensors leave the inertia known? None: they take more of it than they leave."""
     verdict = first_judgement(search, fit, bool(fixed) and not around)
     if not verdict.fit.chosen:
         return verdict
-    at_half = half() if half else None
-    further.judged(search, verdict, at_half)
+    elsewhere = other() if other else None
+    further.judged(search, verdict, elsewhere)
     if verdict.beyond:
         verdict.beyond.add_to(verdict)
     steady = keep_their_size(search, verdict.fit, [one() for one in around]) if around else {c.key for c in verdict.fit.chosen}
@@ -217,8 +217,8 @@ def judge(search, fit, half=None, around=(), fixed=True):
     if verdict.effect == "unknown":
         return verdict
     first = verdict.fit.chosen[0]
-    if half or around:
-        verdict.stable = survives(search, verdict.fit, verdict.rivals, at_half) if half else first.key in steady
+    if other or around:
+        verdict.stable = survives(search, verdict.fit, verdict.rivals, elsewhere) if other else first.key in steady
     verdict.doubted(NEARLY_HALF if verdict.stable is False else most[first.key])
     return with_named_in_front(search, verdict)
 

@@ -1,22 +1,22 @@
 """How sure each further effect is: that it is this one rather than a rival in its place, that what it gains is not nothing, and
-that half the low-pass shows it as well. It is judged as the first one is, in its own place beside all the others."""
+that another low-pass shows it as well. It is judged as the first one is, in its own place beside all the others."""
 
 from .. import verdict as first
 from .thresholds import NEARLY_HALF
 from .stability import survives
 
 
-def judged(search, verdict, half_dataset):
+def judged(search, verdict, elsewhere):
     """The verdict with each further effect at its likeliest, and `further` {(effect, joint): its probability where something of
-    the catalogue is the cause}. `half_dataset` holds the recordings through half the low-pass, or is None."""
+    the catalogue is the cause}. `elsewhere` holds the recordings through another low-pass, or is None."""
     for place in range(1, len(verdict.fit.chosen)):
-        probability, fit = one(search, verdict.fit, place, half_dataset)
+        probability, fit = one(search, verdict.fit, place, elsewhere)
         verdict.fit = fit
         verdict.further[fit.chosen[place].key] = probability
     return verdict
 
 
-def one(search, fit, place, half_dataset):
+def one(search, fit, place, elsewhere):
     """(probability, fit) of the effect at a place, or of the rival that does as well there."""
     own, others = fit.chosen[place], [c for c in fit.chosen if c is not fit.chosen[place]]
     in_front = search.fit([own, *others])
@@ -25,6 +25,6 @@ def one(search, fit, place, half_dataset):
     likeliest, chosen = max(zip(shares[: len(rivals)], rivals, strict=True), key=lambda pair: pair[0])
     probability = likeliest * (1.0 - search.further.get(own.key, 0.0))
     in_front = search.fit([chosen.chosen[-1], *others])
-    if half_dataset and not survives(search, in_front, rivals, half_dataset):
+    if elsewhere and not survives(search, in_front, rivals, elsewhere):
         probability = min(probability, NEARLY_HALF)
     return probability, search.fit([*others[:place], chosen.chosen[-1], *others[place:]])

@@ -16,7 +16,7 @@ from talus import ffi
 
 from ..dataset import Dataset
 from ..gate.finding import Finding
-from ..motion import inertia_over
+from ..motion import has_inertia, inertia_over
 from ..processed_recording import ProcessedRecording
 from .replicates import Source, replicable
 from ..search import machine_bases, plain_base
@@ -52,9 +52,12 @@ class Lowpass:
         return self.bias is None or self.fixes_inertia
 
     @property
-    def cannot_be_halved(self):
-        """Do the data ask for one so slow that rivals cannot be tried at half of it?"""
-        return self.source == "data" and 0.5 * self.hz < SLOWEST_HZ
+    def other_hz(self):
+        """Where a verdict must hold as well: at half of it, or at twice where rivals cannot be tried so slowly. None where the data
+        themselves ask for one so slow: at twice of it the sensors show."""
+        if 0.5 * self.hz >= SLOWEST_HZ:
+            return 0.5 * self.hz
+        return None if self.source == "data" else 2.0 * self.hz
 
     @property
     def nothing_left(self):
@@ -74,7 +77,7 @@ def too_coarse(model, through):
         f"the identified {inertia} comes out {100 * abs(through.bias):.0f} % too {'small' if through.bias < 0 else 'large'}, and "
         f"{100 * through.left:.0f} % of the measured {torque} stays unexplained")  # fmt: skip
     return Finding("coarse", True, "", f"steps and noise of the angles are so large, or the machine is so unlike the model, that {what}",
-                   "a finer encoder, or faster motion over a larger range")  # fmt: skip
+                   "a finer encoder, or faster motion over a larger range, by the joint's own drive")  # fmt: skip
 
 
 def processed_at(model, recordings, names, hz, window_hz=None):
@@ -98,8 +101,18 @@ def inertia_bias(dataset, seed):
     where that cannot be told."""
     if not replicable(dataset):
         return None
-    base, source = next(((base, source) for base in machine_bases(dataset) if (source := Source.of(dataset, base))), (None, None))
-    replicate = source and source.replicate(seed, 0)
+    found = [next((bias for base in machine_bases(dataset) if (bias := _bias_at(dataset, base, seed)) is not None), ALL_OF_IT)]
+    if not has_inertia(dataset, plain_base(dataset)):  # the sensors may have taken all of it: what do they leave of the one as given?
+        found.append(_bias_at(dataset, dataset.prior, seed) or 0.0)
+    return max(found, key=abs)
+
+
+def _bias_at(dataset, base, seed):
+    """The same of a machine with these base parameters; None where that cannot be simulated."""
+    source = Source.of(dataset, base)
+    if not source:
+        return None
+    replicate = source.replicate(seed, 0)
     if not replicate:
         return ALL_OF_IT
     poses = np.median(dataset.processed_recordings[0].q, axis=1)[None]
@@ -194,9 +207,9 @@ class Looks:
         return replace(other, window_hz=other.hz), its_dataset
 
     def around(self, through):
-        """What makes the datasets at half and at twice of a Lowpass that cannot be halved; nothing for another."""
-        return [functools.partial(self.at, times * through.hz) for times in (0.5, 2.0)] if through.cannot_be_halved else []
+        """What makes the datasets at half and at twice of a Lowpass that has no `other_hz`; nothing for another."""
+        return [functools.partial(self.at, times * through.hz) for times in (0.5, 2.0)] if not through.other_hz else []
 
-    def half_of(self, through):
-        """What makes the dataset at half a Lowpass; None where that would be slower than any."""
-        return (lambda: self.at(0.5 * through.hz)) if 0.5 * through.hz >= SLOWEST_HZ else None
+    def other_than(self, through):
+        """What makes the dataset at a Lowpass's `other_hz`; None where there is none."""
+        return functools.partial(self.at, through.other_hz) if through.other_hz else None

@@ -33,12 +33,12 @@ class Other:
 
 def survives(search, fit, rivals, dataset):
     """Is the first effect of a fit still the best there, or as good as the best, and worth having? `dataset` holds the same
-    recordings through half the low-pass, over the same noise."""
+    recordings through another low-pass, over the same noise."""
     dataset.sigma = dict(search.dataset.sigma)
-    half, (first, *others) = Other(search, dataset), fit.chosen
-    named = half.excess([first, *others])
-    without = half.excess(others)
-    beside = [half.excess(rival.chosen) for rival in rivals[:MOST_RIVALS] if rival.chosen[-1].key != first.key]
+    other, (first, *others) = Other(search, dataset), fit.chosen
+    named = other.excess([first, *others])
+    without = other.excess(others)
+    beside = [other.excess(rival.chosen) for rival in rivals[:MOST_RIVALS] if rival.chosen[-1].key != first.key]
     near = search.detection_threshold + search.tolerated
     return bool(named < without - search.detection_threshold and named < min(beside, default=named) + near)
 

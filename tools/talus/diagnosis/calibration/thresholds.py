@@ -28,7 +28,7 @@ verdict is. Of what a drive's law tells: what a replicate must show of it. Of th
 noise: where a model leaves less, it was motion."""
 NEARLY_HALF = 0.45
 """Of what stands open, that a further effect must close: an approximate form of the first one leaves what a wrong second one fits. Of
-probabilities, at most: of what half the low-pass does not show, or the sensors may have done."""
+probabilities, at most: of what another low-pass does not show, or the sensors may have done."""
 PART = 0.2
 """Least share that counts as a part: of what one order or mode leaves, for a second one; of the whole, for a verdict on one joint
 alone; of what differs between periods, about one frequency, where noise of any colour has below 0.1. Of inertia and gravity, what a

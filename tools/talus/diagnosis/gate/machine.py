@@ -33,7 +33,7 @@ WORSE_FIT, WORSE_BY = 1.5, 0.1  # of the residual and of the torque, that an exp
 OTHER_RESIDUAL, OTHER_SHARE = 2.0, 0.15  # times what each leaves by itself, and of the torque beside it: one machine, changed by an effect
 NEVER_NEGATIVE, NOISE_AT_0, NEGATIVE_SHARE = 1e-3, 0.05, 0.15
 ALIKE = 0.1  # of the residual's power, by which a fit nearer to the model file may be worse: rows near each other leave the same
-BRAKES = 0.1  # correlation of torque and speed, by which a drive takes power out of a motion that gets it from nowhere else
+BRAKES = 0.1  # correlation of torque and speed, by which a drive takes more power out of a motion than the other joints put into it
 SIGN_ROUNDS = 6
 STILL, BOUNDED = ("coulomb", "offset"), ("moment", "gravity_sin", "gravity_cos")  # torques that do not grow with the motion, or not for long
 DEGREES, TURNS, MILLI = np.pi / 180, 2 * np.pi, 1e-3
@@ -63,6 +63,11 @@ class Rows:
     @property
     def speed(self):
         return self.x[:, self.ending("viscous")[0]]
+
+    @property
+    def power_W(self):
+        """What the drive puts into the motion, on the average."""
+        return float(np.mean(self.measured * self.speed))
 
     def friction(self, found):
         """The torque of friction, by these base parameters."""
@@ -210,7 +215,8 @@ def _mistaken(model, names, recordings, joint, columns, every, several):
     tried = [one for one in _tried(model, recordings, joint, columns, every) if one.left < WORSE_FIT * left + WORSE_BY and _can_be(rows, one)]
     best = _best([one for one in tried if one.left < UNEXPLAINED])
     if best is None and far > FAR:
-        best = next((one for one in tried if _impossible(rows, left, one.explanation)), None)
+        fed_W = _fed_W(model, recordings, joint)
+        best = next((one for one in tried if _impossible(rows, left, one.explanation, fed_W)), None)
     if best is None or (far <= FAR and best.distance > far - DOUBTFUL):
         return None
     name, why = model.joints[joint], best.explanation
@@ -248,12 +254,17 @@ def _best(tried):
     return min((one for one in near if one.left < WORSE_FIT * least + HARDLY), key=lambda one: one.distance, default=None)
 
 
-def _impossible(rows, left, why):
+def _fed_W(model, recordings, joint):
+    """What the other joints' drives put into the motion, on the average: this one may brake that."""
+    others = (stacked(joint_rows(model, recordings, k)) for k in range(len(model.joints)) if k != joint)
+    return sum(rows.power_W for rows in others if rows is not None)
+
+
+def _impossible(rows, left, why, fed_W):
     """Is it out of the question without this explanation, whatever the model file's terms: a drive that brakes on the whole, or a
     torque that only another unit makes?"""
     if why.id == "sign":
-        size = np.sqrt(np.mean(rows.measured**2) * np.mean(rows.speed**2))
-        return left < UNEXPLAINED and float(np.mean(rows.measured * rows.speed)) < -BRAKES * size
+        return left < UNEXPLAINED and rows.power_W < -BRAKES * rms(rows.measured) * rms(rows.speed) - max(fed_W, 0.0)
     expected, measured = (np.sqrt(np.mean(x**2)) for x in (rows.known + rows.x @ rows.prior, rows.measured))
     return why.torque == MILLI and abs(np.log(MILLI * measured / (expected + 1e-300))) < FAR_OF_ALL
 

@@ -106,7 +106,8 @@ def _doubled(name, recording):
     share = float(same.mean() if evenly else (same & fast).sum() / max(int(fast.sum()), 1))
     if evenly or (fast.sum() > REPEATED_ROWS and share > DOUBLED_SHARE):
         yield Finding("repeated_rows", True, "", f"{name}: {100 * share:.0f} % of the rows{'' if evenly else ' in motion'} repeat the "
-                      "one before with a later time", "write each sample once")  # fmt: skip
+                      "one before with a later time",
+                      "write each sample once; columns that come at rates of their own belong in a file each, for talus-import")  # fmt: skip
 
 
 def _fast(recording):

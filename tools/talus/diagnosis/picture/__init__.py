@@ -19,12 +19,9 @@ __all__ = ["page", "sentence"]
 GAP = {"nominal": "as given", "identified": "identified", "extended": "with effects", "noise_floor": "noise floor"}
 ROLES = {"nominal": "nominal", "identified": "identified", "extended": "extended", "noise_floor": "noise"}
 MOST_CAUSES, MOST_PLACES, LEAST_SHOWN = 8, 8, 0.005
-STEADY = {  # by whether half the low-pass is too slow, and whether the named effect is stable
-    False: {True: " The named effect shows at half of that frequency, too.",
-            False: " At half of that frequency the named effect does not show: its probability is lowered."},
-    True: {True: " The named effect has the same size at half and at twice of that frequency.",
-           False: " At half or at twice of it the named effect has another size: its probability is lowered."},
-}  # fmt: skip
+SHOWS = {True: " The named effect shows at {:.3g} Hz, too.", False: " At {:.3g} Hz the named effect does not show: its probability is lowered."}
+SAME_SIZE = {True: " The named effect has the same size at half and at twice of that frequency.",
+             False: " At half or at twice of it the named effect has another size: its probability is lowered."}  # fmt: skip
 MOST_POINTS = 1500  # of a trajectory: more than a screen shows
 
 
@@ -188,13 +185,15 @@ def _calibration(report):
         seen += " The motion is differentiated over windows of one period of that; shorter ones lose more of the inertia."
     if bias is not None and abs(bias) > GIVES_UP:
         seen += " That is so much that an effect may stand for it: one counts only for what it gains beyond anything in replicates."
-    slow = Lowpass(report["lowpass"]["hz"], report["lowpass"]["from"]).cannot_be_halved
-    if slow:
+    other_hz = Lowpass(report["lowpass"]["hz"], report["lowpass"]["from"]).other_hz
+    if not other_hz:
         seen += " Half of that is too slow for rivals to be tried there."
+    stable = report["lowpass"]["stable"]
+    if stable is not None:
+        seen += SHOWS[stable].format(other_hz) if other_hz else SAME_SIZE[stable]
     if not report["calibrated"]:
         return f"{seen} The probabilities are not calibrated on these recordings: there are no replicates of them."
-    steady = STEADY[slow]
-    return (f"{seen}{steady.get(report['lowpass']['stable'], '')} What a gain is worth was told by {report['replicates']} "
+    return (f"{seen} What a gain is worth was told by {report['replicates']} "
             "replicates of these recordings without any effect.")  # fmt: skip
 
 
