@@ -4,8 +4,8 @@ import pytest
 from talus.diagnosis import kinds, words
 
 
-def gap(identified, extended, floor, closed, unit="Nm"):
-    return {"unit": unit, "nominal_rms": 9.0, "identified_rms": identified, "extended_rms": extended, "noise_floor_rms": floor,
+def gap(identified, extended, floor, closed, unit="Nm", nominal=9.0, measured=9.0):
+    return {"unit": unit, "measured_rms": measured, "nominal_rms": nominal, "identified_rms": identified, "extended_rms": extended, "noise_floor_rms": floor,
             "closed_fraction": closed}  # fmt: skip
 
 
@@ -74,6 +74,18 @@ def test_none():
         "such sensors leave about as much without any effect.")  # fmt: skip
     assert none(calibrated=False, slider=gap(3.0, 3.0, 2.0, 0.0, unit="N")) == (
         "No effect shows (probability 0.90). The slider's error is 3 N on data held out, where the noise alone is 2.")
+
+
+def test_noise_that_is_much_of_the_torque_is_said():
+    small, large = gap(0.2, 0.2, 0.2, 0.0, measured=1.1), gap(2.9, 2.9, 5.1, 0.0, measured=5.8)
+    assert none(knee=small).endswith("(probability 0.90).")
+    assert none(knee=small, ankle=large).endswith("But that noise is 50 % of the torque: smaller effects would not show.")
+
+
+def test_a_fit_that_is_worse_than_the_model_as_given_is_said():
+    found = report("unknown", "none", 0.9, knee=gap(3.26, 3.26, 0.3, 0.0, nominal=2.28), ankle=gap(0.3, 0.3, 0.1, 0.0, nominal=0.29))
+    (said,) = words.worse_than_given(found)
+    assert said.startswith("On data held out the identified model is farther off at the knee than the one as given (3.260 Nm instead of 2.280)")
 
 
 def test_unknown():

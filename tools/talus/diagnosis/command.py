@@ -199,6 +199,7 @@ def summary(found):
         unit = gap["unit"]
         known = "" if words.is_poor(found) else f", {gap['extended_rms']:.4g} with effects, {gap['noise_floor_rms']:.4g} noise"
         yield f"{joint}: {gap['nominal_rms']:.4g} {unit} as given, {gap['identified_rms']:.4g} identified{known}"
+    yield from words.worse_than_given(found)
     if verdict["effect"] != "none":
         yield f"next: {found['next_experiment']['why']}"
 

@@ -7,6 +7,8 @@ from .effects import EFFECTS
 
 LIKELY, CERTAIN = 0.5, 0.8  # probabilities from which a cause is called so
 HARDLY = 0.1  # of the gap is closed
+MUCH = 0.2  # of the measured torque: what hides behind such noise is not small
+WORSE = 1.1  # times the error of the model as given
 UNITS = {  # by the end of a parameter's name
     "Nm": "Nm", "Nm_rad": "Nm/rad", "Nm_rad2": "Nm/rad²", "Nm_rad3": "Nm/rad³", "Nm_rad4": "Nm/rad⁴", "Nms_rad": "Nms/rad",
     "Nm_10K": "Nm per 10 K", "Nms_rad_10K": "Nms/rad per 10 K", "per_10_C": "per 10 °C",
@@ -164,13 +166,25 @@ def no_effect(report, sure):
     """That none shows. An error well above the noise of torque or current is said with its size, at the joint where it is so most."""
     above = lambda joint: report["gap"][joint]["identified_rms"] / max(report["gap"][joint]["noise_floor_rms"], 1e-300)
     joint = max(report["gap"], key=above)
-    if above(joint) ** 2 <= 1 + TOLERATED_PER_FREEDOM:
-        return f"The model explains these recordings down to their noise; no further effect is needed ({sure})."
     gap = report["gap"][joint]
+    if above(joint) ** 2 <= 1 + TOLERATED_PER_FREEDOM:
+        said = f"The model explains these recordings down to their noise; no further effect is needed ({sure})."
+        noise = max(one["identified_rms"] / max(one["measured_rms"], 1e-300) for one in report["gap"].values())
+        return f"{said} But that noise is {100 * noise:.0f} % of the torque: smaller effects would not show." if noise > MUCH else said
     scale = Scale(gap["unit"], [gap["identified_rms"]])
     error, floor = (scale(gap[f"{k}_rms"]) for k in ("identified", "noise_floor"))
     said = f"No effect shows ({sure}). The {joint}'s error is {error:.3g} {scale.unit} on data held out, where the noise alone is {floor:.3g}"
     return f"{said}; such sensors leave about as much without any effect." if report["calibrated"] else f"{said}."
+
+
+def worse_than_given(report):
+    """A sentence for each joint that the identified model serves worse than the one as given does, both on data that no fit has seen."""
+    for joint, gap in report["gap"].items():
+        if gap["identified_rms"] > WORSE * gap["nominal_rms"]:
+            scale = Scale(gap["unit"], [gap["identified_rms"]])
+            given, identified = (scale.number(gap[f"{k}_rms"]) for k in ("nominal", "identified"))
+            yield (f"On data held out the identified model is farther off at the {joint} than the one as given ({identified} {scale.unit} instead of "
+                   f"{given}): these recordings are too short or too much alike to identify it, or the machine changes in them.")
 
 
 def sentence(report):

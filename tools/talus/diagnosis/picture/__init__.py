@@ -98,6 +98,8 @@ def _gap(out, report, poor):
             _bars(out, f"{joint}: {kind} error", gap["unit"], [GAP[k] for k in shown], [gap[f"{k}_rms"] for k in shown],
                   [ROLES[k] for k in shown])  # fmt: skip
     _gap_table(out, report["gap"], shown, poor)
+    for said in words.worse_than_given(report):
+        out.paragraph(said)
     if not poor:
         out.paragraph("All on blocks that the fit has not seen. Closed is the share of the systematic part, identified² − noise², "
                       "that the effects take away; an interval from next to nothing to nearly all says that there was "
