@@ -61,6 +61,23 @@ def test_what_is_sound_is_left_alone(plant, sound):
     assert gate.findings(model, ["a.csv", "b.csv"], recordings) == []
 
 
+@pytest.mark.parametrize("scale", [1.0, 0.6, 2.0])
+def test_a_speed_that_is_a_multiple_of_the_angles_rate_is_said(scale, sound):
+    """By no unit's factor: a time axis that runs at another rate does that. The angle is what counts."""
+    model, (recording, _) = sound["pendulum"]
+    speed = scale * np.gradient(recording.columns["joint_rad"], recording.t)
+    with_speed = recording.with_columns({**recording.columns, "joint_velocity_rad_s": speed})
+    found = gate.findings(model, ["a.csv"], [with_speed])
+    assert [(f.id, f.grave, f.column) for f in found] == ([] if scale == 1.0 else [("units", False, "joint_velocity_rad_s")])
+    assert all(f"{scale:.3g} times the rate" in f.evidence for f in found)
+
+
+def test_a_speed_speaks_against_an_angle_in_turns():
+    """Where the terms are off by no more than a guess is: both would have to be in turns."""
+    assert machine.Columns("joint_rad", "joint_current_A", ("joint_rad", "joint_velocity_rad_s")).angle_is_told_twice
+    assert not machine.Columns("joint_rad", "joint_current_A", ("joint_rad",)).angle_is_told_twice
+
+
 def test_a_joint_that_is_turned_from_outside_may_have_no_current():
     t = np.arange(6000) * 0.005
     columns = {"time_s": t, "joint_rad": np.sin(2 * t) + 0.3 * np.sin(3.1 * t), "joint_current_A": np.zeros(6000)}

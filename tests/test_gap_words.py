@@ -82,6 +82,14 @@ def test_noise_that_is_much_of_the_torque_is_said():
     assert none(knee=small, ankle=large).endswith("But that noise is 50 % of the torque: smaller effects would not show.")
 
 
+def test_the_band_that_was_looked_at_is_said_where_the_data_made_it_slow():
+    quiet, loud = gap(0.2, 0.2, 0.2, 0.0), gap(0.6, 0.6, 0.2, 0.0)
+    for hz, source, said in ((8.89, "data", " below 8.89 Hz"), (8.89, "option", ""), (30.0, "data", "")):
+        report_of = lambda knee: {**report("none", "none", 0.9, knee=knee), "calibrated": True, "lowpass": {"hz": hz, "from": source}}
+        assert words.sentence(report_of(quiet)).startswith(f"The model explains these recordings down to their noise{said}; ")
+        assert words.sentence(report_of(loud)).startswith(f"No effect shows{said} (")
+
+
 def test_a_fit_that_is_worse_than_the_model_as_given_is_said():
     found = report("unknown", "none", 0.9, knee=gap(3.26, 3.26, 0.3, 0.0, nominal=2.28), ankle=gap(0.3, 0.3, 0.1, 0.0, nominal=0.29))
     (said,) = words.worse_than_given(found)

@@ -8,6 +8,7 @@
 #include "common/json_file.h"
 
 #define SLOW_WINDOW 1.5   /* a window of so many periods of the low-pass smears what is scored */
+#define SMALL 0.1         /* of what was found: a figure that says little beside what is hidden */
 #define FIXED_WITHIN 0.01 /* of an inertia: a larger standard deviation is said */
 #define MANY_TIMES 10.0   /* what was found: farther off, a figure says no more */
 #define POORLY_KNOWN 0.5  /* of the parameter's size: a standard deviation to warn of */
@@ -216,6 +217,13 @@ int report_inertia_text(const struct report_input *in, int parameter, char *text
   char moved[40];
 
   if (!r->identifiable[parameter]) return 0;
+  if (r->hidden[parameter] && systematic <= SMALL * value) {
+    snprintf(text, size,
+             "these recordings do not fix %s: resolution, noise and sampling of the angles hide some of it, and it "
+             "may be any amount too small",
+             p->name);
+    return 1;
+  }
   if (r->hidden[parameter]) {
     if (value > 0.0 && systematic <= MANY_TIMES * value)
       snprintf(moved, sizeof moved, "%.0f %% of", 100.0 * systematic / value);

@@ -100,6 +100,10 @@ class Search:
             self._irregular[key] = irregular.excess(self.dataset, Residuals(self, fit.chosen))
         return {kind: x + self._irregular[key].get(kind, 0.0) for kind, x in self.held_out_excess(fit.chosen).items()}
 
+    def is_within_noise(self):
+        """Does the plain model leave no more than the noise, in every kind of channel?"""
+        return max(self.excess_by_kind(self.plain).values()) <= 0.0
+
     def above_floor(self, fit, kinds=None):
         """Chi-square that a fit leaves above what reconstruction leaves, of all kinds of channel or some together."""
         found = self.excess_by_kind(fit)

@@ -242,9 +242,10 @@ def in_front(search, fit):
 
 def at_most(search, fit, one, fixed):
     """How probable one effect of a fit can be, for what the readings alone may gain. Where they leave the inertia unknown the effect
-    may stand for that, and must gain more than anything gains in replicates; where most of it is lost, these tell too little."""
+    may stand for that, and must gain more than anything gains in replicates; where most of it is lost, these tell too little. Nor is
+    an effect sure where without any no more than the noise is left."""
     calibration = search.calibration
-    if calibration and calibration.outdone():
+    if (calibration and calibration.outdone()) or search.is_within_noise():
         return NEARLY_HALF
     if fixed:
         return 1.0

@@ -8,6 +8,7 @@ from .effects import EFFECTS
 LIKELY, CERTAIN = 0.5, 0.8  # probabilities from which a cause is called so
 HARDLY = 0.1  # of the gap is closed
 MUCH = 0.2  # of the measured torque: what hides behind such noise is not small
+SLOW_HZ = 20.0  # a low-pass that hides what other recordings show
 WORSE = 1.1  # times the error of the model as given
 UNITS = {  # by the end of a parameter's name
     "Nm": "Nm", "Nm_rad": "Nm/rad", "Nm_rad2": "Nm/rad²", "Nm_rad3": "Nm/rad³", "Nm_rad4": "Nm/rad⁴", "Nms_rad": "Nms/rad",
@@ -168,13 +169,19 @@ def no_effect(report, sure):
     joint = max(report["gap"], key=above)
     gap = report["gap"][joint]
     if above(joint) ** 2 <= 1 + TOLERATED_PER_FREEDOM:
-        said = f"The model explains these recordings down to their noise; no further effect is needed ({sure})."
+        said = f"The model explains these recordings down to their noise{below(report)}; no further effect is needed ({sure})."
         noise = max(one["identified_rms"] / max(one["measured_rms"], 1e-300) for one in report["gap"].values())
         return f"{said} But that noise is {100 * noise:.0f} % of the torque: smaller effects would not show." if noise > MUCH else said
     scale = Scale(gap["unit"], [gap["identified_rms"]])
     error, floor = (scale(gap[f"{k}_rms"]) for k in ("identified", "noise_floor"))
-    said = f"No effect shows ({sure}). The {joint}'s error is {error:.3g} {scale.unit} on data held out, where the noise alone is {floor:.3g}"
+    said = f"No effect shows{below(report)} ({sure}). The {joint}'s error is {error:.3g} {scale.unit} on data held out, where the noise alone is {floor:.3g}"
     return f"{said}; such sensors leave about as much without any effect." if report["calibrated"] else f"{said}."
+
+
+def below(report):
+    """In what band, where the data asked for a slower low-pass than the model file's: faster effects cannot show."""
+    lowpass = report.get("lowpass") or {}
+    return f" below {lowpass['hz']:.3g} Hz" if lowpass.get("from") == "data" and lowpass["hz"] < SLOW_HZ else ""
 
 
 def worse_than_given(report):

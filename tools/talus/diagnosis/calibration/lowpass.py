@@ -192,7 +192,8 @@ class Looks:
         return Lowpass(hz, "data", inertia_bias(dataset, seed)), dataset
 
     def _with_longer_windows(self, found, dataset, seed):
-        """(Lowpass, dataset) through windows as long as the low-pass itself asks, if they leave the inertia known; else those found."""
+        """(Lowpass, dataset) through windows as long as the low-pass itself asks, if they leave the inertia known, or more than half of it
+        where those found leave less; else those found."""
 
         def longer(hz):
             self.window_hz = hz
@@ -200,7 +201,7 @@ class Looks:
 
         own_hz = self.window_hz
         other, its_dataset = chosen(longer, own_hz / STEP, own_hz)
-        if not other.leaves_inertia:
+        if not other.leaves_inertia and (found.fixes_inertia is not None or other.fixes_inertia is None):
             self.window_hz = own_hz
             return found, dataset
         self.window_hz = other.hz

@@ -237,7 +237,7 @@ def unknown_effect(search):
 def in_words(verdict):
     """Where no trajectory can be planned: the motion is not the drive's, or its angle was not recorded."""
     names = [verdict.effect, *(effect for _, effect, _ in verdict.confusable())]
-    alone = f"Nothing rivals {verdict.effect}; what follows would confirm it"
+    alone = f"Nothing rivals {effect_name(verdict.effect)}; what follows would confirm it"
     head = f"{listed(names)} are not told apart" if len(names) > 1 else alone
     if verdict.effect == "unknown":
         head = "A systematic gap remains that no known effect explains"

@@ -56,6 +56,9 @@ def _velocity(joint, name, recording):
     if found:
         yield Finding(found[0], True, found[1], f"{name}: {columns[0]} is {slope:.3g} times the rate of {columns[1]}: {found[2]}",
                       "convert one of the two columns")  # fmt: skip
+    elif agrees > SURELY and abs(np.log(abs(slope) + 1e-300)) > np.log(1 + ANOTHER_RATIO):
+        yield Finding("units", False, columns[0], f"{name}: {columns[0]} is {slope:.3g} times the rate of {columns[1]}",
+                      "find out which of angle, speed and time is scaled; the angle and the time were used")  # fmt: skip
 
 
 def _rates(recording, angle, velocity, over_s):

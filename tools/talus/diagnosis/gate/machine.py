@@ -87,6 +87,11 @@ class Columns:
     torque: str
     motion: tuple
 
+    @property
+    def angle_is_told_twice(self):
+        """By a speed as well: it is of another unit than its name says only if the speed is, too."""
+        return len(self.motion) > 1
+
     @staticmethod
     def of(joint, recordings):
         every = {column for recording in recordings for column in recording.columns}
@@ -217,7 +222,7 @@ def _mistaken(model, names, recordings, joint, columns, every, several):
     if best is None and far > FAR:
         fed_W = _fed_W(model, recordings, joint)
         best = next((one for one in tried if _impossible(rows, left, one.explanation, fed_W)), None)
-    if best is None or (far <= FAR and best.distance > far - DOUBTFUL):
+    if best is None or (far <= FAR and (best.distance > far - DOUBTFUL or (best.explanation.angle != 1.0 and columns.angle_is_told_twice))):
         return None
     name, why = model.joints[joint], best.explanation
     if several and list(_other_machine(name, names, best.every, [recording.origin.path for recording in recordings])):

@@ -31,7 +31,7 @@ def time_findings(name, recording):
         longest = steps.max()
         yield Finding("dropouts", lost > GRAVE_LOST_SHARE, "time_s",
                       f"{name}: {100 * lost:.0f} % of the time has no samples, the longest gap is {longest:.3g} s",
-                      "find out where samples are lost; what remains is used")  # fmt: skip
+                      f"find out where samples are lost{'' if lost > GRAVE_LOST_SHARE else '; what remains is used'}")  # fmt: skip
     whole = steps[steps < 1.5 * step]
     spread = float(np.std(whole)) / step if len(whole) else 0.0
     if spread > ROUNDED_SHARE:
