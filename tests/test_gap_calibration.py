@@ -6,6 +6,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+import yaml
 from gap_in_process import recorded
 from scipy.integrate import solve_ivp
 from scipy.stats import norm
@@ -294,6 +295,28 @@ def test_a_free_swing_through_a_coarse_encoder_leaves_no_inertia(tmp_path):
     dataset, _ = recorded(PENDULUM, tmp_path, tmp_path / "swing.csv")
     assert lowpass.inertia_bias(dataset, 1) < -thresholds.HALF
     assert lowpass.Lowpass(30.0, "data", lowpass.inertia_bias(dataset, 1)).fixes_inertia is None
+
+
+@pytest.mark.parametrize(("short", "long", "taken"), [(-0.98, -0.19, True), (-0.98, 0.05, True), (-0.98, -0.6, False), (-0.3, -0.19, False),
+                                                      (-0.3, -0.05, True)])  # fmt: skip
+def test_longer_windows_count_where_they_leave_the_inertia_or_most_of_what_short_ones_lose(short, long, taken, monkeypatch):
+    looks = lowpass.Looks(SimpleNamespace(score=SimpleNamespace(lowpass_hz=30.0)), [], [], {}, [], {})
+    monkeypatch.setattr(lowpass, "chosen", lambda look, hz, kept: (lowpass.Lowpass(9.0, "data", long), "long"))
+    found, dataset = looks._with_longer_windows(lowpass.Lowpass(13.0, "data", short), "short", 1)
+    assert (found.bias, dataset, looks.window_hz) == ((long, "long", 9.0) if taken else (short, "short", 30.0))
+    assert found.window_hz == (9.0 if taken else None)
+
+
+@pytest.mark.parametrize(("times", "within"), [(1.0, False), (3.0, True)])
+def test_a_gap_is_within_the_noise_where_that_is_larger(times, within, tmp_path):
+    """A spring that is not in the model, beside the recording's own noise and three times of that."""
+    hidden = {"effect": "parallel_spring", "joint": "joint",
+              "parameters": dict(stiffness_Nm_rad=0.0, stiffening_Nm_rad3=0.03, preload_Nm=0.0, bend_Nm_rad2=0.0, bumper_Nm_rad=0.0,
+                                 bumper_rad=0.0, bumper_side=0)}  # fmt: skip
+    (tmp_path / "true.yaml").write_text(yaml.safe_dump({**yaml.safe_load(PENDULUM.read_text()), "effects": [hidden]}))
+    dataset, _ = recorded(PENDULUM, tmp_path, bench(tmp_path, tmp_path / "true.yaml", "--duration", "20"))
+    dataset.sigma = {kind: times * sigma for kind, sigma in dataset.sigma.items()}
+    assert Search(dataset, plain_base(dataset)).is_within_noise() is within
 
 
 def test_a_column_that_runs_away_explains_nothing(tmp_path):

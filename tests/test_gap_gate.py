@@ -72,10 +72,18 @@ def test_a_speed_that_is_a_multiple_of_the_angles_rate_is_said(scale, sound):
     assert all(f"{scale:.3g} times the rate" in f.evidence for f in found)
 
 
-def test_a_speed_speaks_against_an_angle_in_turns():
+@pytest.mark.parametrize(("times_off", "columns", "accused"), [(3.0, ["joint_rad"], True), (3.0, ["joint_rad", "joint_velocity_rad_s"], False),
+                                                               (5.0, ["joint_rad", "joint_velocity_rad_s"], True)])  # fmt: skip
+def test_a_speed_speaks_against_an_angle_in_turns(times_off, columns, accused, monkeypatch):
     """Where the terms are off by no more than a guess is: both would have to be in turns."""
-    assert machine.Columns("joint_rad", "joint_current_A", ("joint_rad", "joint_velocity_rad_s")).angle_is_told_twice
-    assert not machine.Columns("joint_rad", "joint_current_A", ("joint_rad",)).angle_is_told_twice
+    turns = machine.Explanation("units", "its angle were in turns", "convert the angle to rad", machine.TURNS)
+    explained = machine.Tried(turns, [], np.log(1.2), 0.1)
+    for name, value in (("stacked", None), ("near_prior", None), ("fitted", (None, 0.1)), ("distance", np.log(times_off)),
+                        ("_tried", [explained]), ("_can_be", True)):  # fmt: skip
+        monkeypatch.setattr(machine, name, lambda *given, value=value: value)
+    told = machine.Columns("joint_rad", "joint_current_A", tuple(columns))
+    found = machine._mistaken(talus.Model("pendulum"), ["a.csv"], [], 0, told, [], several=False)
+    assert (found is not None and (found.id, found.column) == ("units", "joint_rad")) == accused
 
 
 def test_a_joint_that_is_turned_from_outside_may_have_no_current():

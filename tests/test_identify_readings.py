@@ -148,6 +148,25 @@ def test_what_sensors_move_by_more_than_tenfold_gets_no_figure(tmp_path):
     assert re.search(r"inertia_kg_m2: resolution, noise and sampling of the angles move it by \d{2,4} % of what was found", said[10])
 
 
+def test_what_sensors_hide_and_hardly_move_gets_no_figure(tmp_path):
+    """A free rotor in steps of torque, through 12 bits: "0 %, and it may be any amount too small" contradicted itself."""
+    path, model, step_s = tmp_path / "r.csv", tmp_path / "m.yaml", 0.001
+    model.write_text("plant: pendulum\ngravity_m_s2: 9.81\ninertia_kg_m2: 0.002\ngravity_moment_kg_m: 0\ngravity_zero_rad: 0.0\njoint:\n"
+                     "  transmission: {type: fixed, ratio: 1}\n  torque_constant_Nm_A: 0.1\n"
+                     "  friction: {coulomb_Nm: 0.02, viscous_Nms_rad: 0.01}\n")  # fmt: skip
+    t = step_s * np.arange(20_000)
+    torque = 0.06 * np.where(t // 2.0 % 2 == 0, 1.0, 0.7)
+    angle, speed, q = 0.0, 0.0, np.empty(len(t))
+    for k, now in enumerate(torque):
+        q[k] = angle
+        speed += step_s * (now - 0.02 * np.tanh(speed / 0.01) - 0.002 * speed) / 0.002
+        angle += step_s * speed
+    seen, noise = np.round(q * 4096 / (2 * np.pi)) * 2 * np.pi / 4096, 0.001 * np.random.default_rng(1).standard_normal(len(t))
+    np.savetxt(path, np.c_[t, seen, torque + noise], delimiter=",", header="time_s,joint_rad,joint_torque_Nm", comments="")
+    said = run("talus-identify", "--quiet", "--model", model, "--out", tmp_path / "o.yaml", path).stderr
+    assert "do not fix viscous_Nms_rad: resolution, noise and sampling of the angles hide some of it, and it may be any amount too small" in said
+
+
 def test_a_motion_that_coarser_steps_would_hide_is_identified_without_a_deviation(tmp_path):
     """Slow ramps through 12 bits: of five minutes a second is faster than standstill, and of some of the roundings nothing."""
     model, recording = REPOSITORY / "models" / "slider.yaml", tmp_path / "r.csv"

@@ -102,7 +102,7 @@ class Search:
 
     def is_within_noise(self):
         """Does the plain model leave no more than the noise, in every kind of channel?"""
-        return max(self.excess_by_kind(self.plain).values()) <= 0.0
+        return bool(max(self.excess_by_kind(self.plain).values()) <= 0.0)
 
     def above_floor(self, fit, kinds=None):
         """Chi-square that a fit leaves above what reconstruction leaves, of all kinds of channel or some together."""

@@ -23,7 +23,7 @@ def time_findings(name, recording):
                           f"give time_s in seconds: these look like {unit}")  # fmt: skip
             return
     if 1 / step < LEAST_RATE_HZ:
-        yield Finding("too_slow", True, "time_s", f"{name}: {1 / step:.3g} samples a second",
+        yield Finding("too_slow", True, "time_s", f"{name}: {1 / step:.4g} samples a second",
                       f"record at {LEAST_RATE_HZ:g} Hz at the least, better at 200 Hz")  # fmt: skip
     steps = np.diff(t)
     lost = float(np.sum(steps[steps > 1.5 * step] - step) / (t[-1] - t[0]))
