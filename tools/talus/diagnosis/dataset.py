@@ -46,15 +46,12 @@ def session(processed_recordings):
     return begins, total
 
 
-def drawn_width(given, identified):
-    """How near a machine's base parameters are to a model file's {name: value}, one standard deviation: inertia and gravity to a
-    drawing's accuracy, friction and zeros not at all (infinite). Nothing is, unless identification finds two of them as near as that: one
-    can be so by chance in a file of first guesses."""
+def drawn_width(given):
+    """How near a machine's base parameters are to a drawing's {name: value}, one standard deviation: inertia and gravity to its
+    accuracy, friction and zeros not at all (infinite)."""
     values = np.array(list(given.values()))
     drawn = np.array([not name.endswith(("coulomb", "viscous", "offset")) for name in given]) & (values != 0.0)
-    width = PART * np.abs(values)
-    near = np.abs(identified - values)[drawn] <= width[drawn]
-    return np.where(drawn, width, np.inf) if near.sum() >= 2 else np.full(len(values), np.inf)
+    return np.where(drawn, PART * np.abs(values), np.inf)
 
 
 class Dataset:
@@ -71,7 +68,7 @@ class Dataset:
         self.identified = np.array(list(talus.Model.from_tree(tree).base.values()))
         width = PRIOR_WIDTH if self.joints > 1 else PRIOR_WIDTH_OF_ONE_JOINT
         self.prior_width = np.maximum(width * np.abs(self.prior), np.abs(self.identified - self.prior))
-        self.drawn_width = drawn_width(model.base, self.identified)
+        self.drawn_width = drawn_width(model.base)
         self.is_inertia = np.array([name.startswith("mass") or name.endswith("inertia") for name in model.base])
         no_gravity = not model.has_gravity  # a file's 0 means that there is none
         self.absent = [k for k, name in enumerate(model.base) if no_gravity and name.startswith("gravity")]

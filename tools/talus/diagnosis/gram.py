@@ -9,13 +9,16 @@ import gc
 
 import numpy as np
 
+from .calibration.thresholds import PART
 from .catalogue.law import Column, batches, shows
+from .dataset import PRIOR_WIDTH_OF_ONE_JOINT
 
 RIDGE = 1e-10  # of unit columns: keeps what cannot be told apart solvable, far below any noise
 TINY = 1e-12
 LARGEST = 1e9  # Nm or rad for a unit of a strength: a link that is stepped too coarsely has run away
 REWEIGHINGS = 3
 FITTED_AT_ONCE = 128
+FEWEST_DRAWN = 2  # values of inertia and gravity that tell a drawing
 CHUNK = 64  # columns multiplied at once
 
 
@@ -242,11 +245,20 @@ class Gram:
     def cost_of_drawing(self, columns, temperature):
         """Chi-square that it costs a fit with these columns to have inertia and gravity as the model file has them, to a drawing's
         accuracy. That of the data counts by its `temperature`: where forms are approximate, parameters move more."""
-        if not np.isfinite(self.dataset.drawn_width).any():
-            return 0.0
         data = self._gram(columns).sum(0) / temperature
         drawn = data + self._known_to(self.dataset.drawn_width, len(data) - 1)
-        return float(squares(drawn, solve(drawn)) - squares(data, solve(data)))
+        return max(float(squares(drawn, solve(drawn)) - squares(data, solve(data))), 0.0)
+
+    def off_drawing(self, columns, temperature):
+        """The same where the file is a drawing or a first guess, as likely as not: one that no fit comes near costs all of them the
+        same. A guess has its values anywhere within the width that one joint's have, so a drawing foretells them so much better. A
+        single value may be near by chance."""
+        drawn = np.isfinite(self.dataset.drawn_width).sum()
+        if drawn < FEWEST_DRAWN:
+            return 0.0
+        guess = (PART / PRIOR_WIDTH_OF_ONE_JOINT) ** drawn
+        cost = self.cost_of_drawing(columns, temperature)
+        return float(2.0 * np.log((1.0 + guess) / (np.exp(-0.5 * cost) + guess)))
 
     def prior_rows(self, width=None):
         """What is known of the base parameters before: (unknowns, rows) and readings, in chi-square's unit. Far less than

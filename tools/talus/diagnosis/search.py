@@ -118,7 +118,7 @@ class Search:
     def off_drawing(self, fit, temperature):
         """Chi-square by which the machine beside a fit's effects is not the one of the model file, the data's taken at a likelihood
         temperature."""
-        return self.gram.cost_of_drawing(self.columns(fit.chosen), temperature)
+        return self.gram.off_drawing(self.columns(fit.chosen), temperature)
 
     def farthest_off_drawing(self, fit):
         """(name, times the model file's value) of the parameter of inertia or gravity that is farthest from it beside a fit's effects."""

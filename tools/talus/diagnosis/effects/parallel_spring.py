@@ -9,6 +9,8 @@ USUAL_SPRING_NM_RAD = (1.0, 15.0)
 # of half the range, from its middle: where a bumper may be met, from which it is looked for between
 BUMPER_BEGINS, BUMPER_STEP, BUMPER_FIRST, BUMPER_LAST = (-0.3, 0.0, 0.3, 0.6), 0.15, -0.8, 0.95
 
+BENT = (("bend_Nm_rad2", 2.0, "q"), ("stiffening_Nm_rad3", 3.0, "q²"))  # the slope of each torque
+
 
 def candidates(at):
     # a sensor at the output twists with its load: angle and torque then look like a spring
@@ -48,7 +50,11 @@ def candidates(at):
 def size(p):
     if p.get("bumper_Nm_rad"):
         return f"{p['bumper_Nm_rad']:.3g} Nm/rad beyond {p['bumper_rad']:.3g} rad"
-    return f"{p['stiffness_Nm_rad']:.3g} Nm/rad at an angle of 0" if p.get("stiffness_Nm_rad") else ""
+    bent = [f"{p.get(name, 0.0) * power:+.3g} {of}" for name, power, of in BENT if p.get(name)]
+    if not bent:
+        return f"{p['stiffness_Nm_rad']:.3g} Nm/rad" if p.get("stiffness_Nm_rad") else ""
+    line = [f"{p['stiffness_Nm_rad']:.3g}"] if p.get("stiffness_Nm_rad") else []
+    return f"{' '.join([*line, *bent]).removeprefix('+').replace(' +', ' + ').replace(' -', ' - ')} Nm/rad at an angle of q rad"
 
 
 EFFECT = Effect(
