@@ -144,3 +144,34 @@ def test_what_does_not_come_back_stands_open_as_well(left, irregular, worth):
     one.joint = more.joint = "joint"
     search = Open(left, irregular)
     assert search.is_worth_adding(search.fit([one]), search.fit([one, more])) is worth
+
+
+class Wandering(Search):
+    """A search of one torque with a noise of 1000 degrees of freedom, of which the first effect leaves so much, and the second nothing."""
+
+    detection_threshold, floor_of = 30.0, {"T0": 100.0}
+    dataset = SimpleNamespace(kinds=["T0"], kinds_at=lambda joint: ["T0"], freedom=lambda kind: 1000.0)
+
+    def __init__(self, left, apart):
+        self.left, self.apart = left, apart
+
+    def excess_by_kind(self, fit):
+        return {"T0": self.left[len(fit.chosen) - 1] + self.apart[len(fit.chosen) - 1]}
+
+    def irregular(self, fit):
+        return {"T0": self.apart[len(fit.chosen) - 1]}
+
+    def share(self):
+        effects = [SimpleNamespace(key=(effect, "joint"), joint="joint") for effect in ("parallel_spring", "friction_drift")]
+        one, both = (SimpleNamespace(chosen=effects[:count]) for count in (1, 2))
+        return self._worth_more(one), self._share(one, both, *({"T0": np.array([1000.0 + x])} for x in self.left))
+
+
+@pytest.mark.parametrize(("left", "apart", "worth", "share"), [
+    ((101.0, -900.0), (0.0, 0.0), False, 1001.0),  # less than noise is open, and not looked at
+    ((101.0, -900.0), (4000.0, 0.0), True, 5001.0 / 4001.0),  # a drift that was in the noise: all that stood open closes
+    ((101.0, 51.0), (4000.0, 3990.0), True, 60.0 / 4001.0),  # little of what does not come back
+    ((1100.0, 100.0), (4000.0, 4000.0), True, 1.0),  # an effect that comes back with the motion, beside something that does not
+])  # fmt: skip
+def test_what_does_not_come_back_is_what_a_further_effect_must_close_where_nothing_else_stands_open(left, apart, worth, share):
+    assert Wandering(left, apart).share() == (worth, pytest.approx(share))

@@ -97,6 +97,47 @@ def test_two_periods_tell_no_noise_from_drift():
     assert deviation(2, drifting) is None and lines(1.6, drifting) == 0.0
 
 
+def pairs_of(drift, seed, seconds=60):
+    """What differs between instants with the same direction, of white noise of 1 and a friction: (change, instants, direction)."""
+    rng = np.random.default_rng(seed)
+    instants = rng.uniform(0, seconds, (2, 600))
+    direction = np.broadcast_to(rng.choice([-1.0, 1.0], 600), instants.shape)
+    return np.diff(rng.standard_normal(instants.shape) + direction * drift(instants / seconds), axis=0)[0], instants, direction
+
+
+@pytest.mark.parametrize("drift", [lambda u: 0.0 * u, lambda u: 8.0 * u, lambda u: 8.0 * np.exp(-3.0 * u)])
+def test_friction_that_drifts_is_no_noise_where_the_motion_does_not_repeat_either(drift):
+    """Of 600 pairs each of 20 times; the noise has 1, by which the drift is eight times as large."""
+    found = [noise.pair_deviation(noise.steady(*pairs_of(drift, seed))) for seed in range(20)]
+    assert np.mean(found) == pytest.approx(1.0, abs=0.06)
+    assert drift(1.0) == drift(0.0) or noise.pair_deviation(pairs_of(drift, 0)[0]) > 1.5
+
+
+def test_what_wanders_from_second_to_second_stays_noise():
+    wander = lambda u: 3.0 * np.sin(2 * np.pi * 15 * u)
+    found = [noise.pair_deviation(noise.steady(*pairs_of(wander, seed))) for seed in range(20)]
+    assert np.mean(found) == pytest.approx(np.mean([noise.pair_deviation(pairs_of(wander, seed)[0]) for seed in range(20)]), rel=0.02)
+
+
+SPRING_AND_DRIFT = """effects:
+- effect: parallel_spring
+  joint: joint
+  parameters: {stiffness_Nm_rad: 1.0, stiffening_Nm_rad3: 2.0, preload_Nm: 0.0, bend_Nm_rad2: 0.5, bumper_Nm_rad: 0.0, bumper_rad: 0.0, bumper_side: 0}
+- effect: friction_drift
+  joint: joint
+  parameters: {coulomb_Nm: 0.16, viscous_Nms_rad: 0.013, cold_coulomb_Nm: 0, cold_viscous_Nms_rad: 0, coulomb_Nm_10K: 0, viscous_Nms_rad_10K: 0,
+               time_constant_s: 30, middle_C: 20}
+"""
+
+
+def test_a_drift_and_a_spring_are_named_on_ramps(tmp_path):
+    """The drift does not come back with a motion, and the spring is less than it."""
+    (tmp_path / "model.yaml").write_text(PENDULUM.read_text() + SPRING_AND_DRIFT)
+    recording = talus.simulate(talus.read(tmp_path / "model.yaml"), duration_s=90, rate_hz=500, encoder_bits=18, excitation="ramps")
+    found = {one["effect"]: one["probability"] for one in talus.diagnose(PENDULUM, recording).effects}
+    assert set(found) == {"parallel_spring", "friction_drift"} and min(found.values()) > 0.9
+
+
 @pytest.mark.parametrize(("memory_s", "verdict"), [(0.05, "none"), (2.0, "unknown")])
 def test_a_torque_that_wanders_is_unknown_and_coloured_noise_is_none(tmp_path, memory_s, verdict):
     paths = []

@@ -10,7 +10,7 @@ import numpy as np
 
 import talus
 
-from . import noise
+from . import irregular, noise
 from .calibration.thresholds import GIVES_UP, HALF, PART
 from .effects import EFFECTS
 
@@ -230,8 +230,13 @@ class Dataset:
         both = [(c, pairs) for c in channels if (pairs := self.near_pairs(c)) is not None]
         if not both:
             return white
-        change = [(residual(c)[i] - residual(c)[k]) / np.sqrt(self.bandwidth[c.record]) for c, (i, k) in both]
+        change = [self._steady_change(c, residual(c), np.array(pairs)) / np.sqrt(self.bandwidth[c.record]) for c, pairs in both]
         return max(white, noise.pair_deviation(np.concatenate(change)))
+
+    def _steady_change(self, channel, residual, pairs):
+        """What a model leaves at pairs of instants with nearly the same state, less the one's from the other's, and friction's drift."""
+        t_s, direction = self.processed_recordings[channel.record].grid_t_s, irregular.of_motion(self, channel)
+        return noise.steady(residual[pairs[1]] - residual[pairs[0]], t_s[pairs], direction[pairs])
 
     def _find_blocks(self):
         """Block of every grid instant: whole periods, or about the wanted length."""

@@ -25,7 +25,7 @@ def _share(dataset, residuals, kind, lag_s, view):
         if pairs is None:
             continue
         lag = max(1, round(lag_s / dataset.processed_recordings[channel.record].step_s))
-        sign = _signs(dataset, channel)[view]
+        sign = directions(dataset, channel)[view]
         found.append(noise.differences(residuals.of[channel.record, kind], dataset.mask(channel), pairs, lag, sign))
     return noise.lasting_share(found) if found else 0.0
 
@@ -33,10 +33,15 @@ def _share(dataset, residuals, kind, lag_s, view):
 VIEWS = 3
 
 
-def _signs(dataset, channel):
+def directions(dataset, channel):
     """Directions of what may wander, at every instant of the grid: a torque's own, friction's, the drive's."""
+    return np.ones(len(channel.values)), of_motion(dataset, channel), np.sign(channel.values)
+
+
+def of_motion(dataset, channel):
+    """Direction in which the joint of a torque slips, at every instant of the grid."""
     processed, joint = dataset.processed_recordings[channel.record], int(channel.kind[1])
-    return np.ones(len(channel.values)), np.sign(processed.resample(processed.slip[joint])), np.sign(channel.values)
+    return np.sign(processed.resample(processed.slip[joint]))
 
 
 def same_states(dataset, channel):

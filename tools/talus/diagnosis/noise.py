@@ -164,6 +164,17 @@ def pair_deviation(change):
     return float(np.sqrt(np.median(change**2) / 2 / median_of_chi2(1.0)))
 
 
+def steady(change, instants, direction):
+    """What differs at pairs, less a friction that goes straight or bent with the recording's time, where that is significant, by as many
+    independent instants as in `lasting_share`: what drifts is no noise, as it is none where the motion repeats. `instants` [s] and
+    `direction` of motion are (2, pairs)."""
+    unit = (instants - np.min(instants)) / max(np.ptp(instants), 1e-9)
+    trends = np.array([np.diff(direction * unit**power, axis=0)[0] for power in (1, 2)]).T
+    drift = trends @ np.linalg.lstsq(trends, change, rcond=1e-9)[0]
+    count, rest = len(np.unique(instants[0] // LASTING_S[0])), change - drift
+    return rest if count * (drift @ drift) > LASTS**2 * (rest @ rest) else change
+
+
 def differences(residual, mask, pairs, lag, sign):
     """What differs at pairs of instants (grid rows) with the same state, and `lag` rows later at both, each in the direction `sign`
     of something that it may be a share of, where that is the same at both; (n, 2)."""

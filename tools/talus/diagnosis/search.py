@@ -95,10 +95,15 @@ class Search:
 
     def excess_by_kind(self, fit):
         """The same of a fit, with what does not come back with the motion."""
+        apart = self.irregular(fit)
+        return {kind: x + apart.get(kind, 0.0) for kind, x in self.held_out_excess(fit.chosen).items()}
+
+    def irregular(self, fit):
+        """{kind: chi-square of what does not come back with the motion} beside a fit."""
         key = tuple((c.key, c.shape) for c in fit.chosen)
         if key not in self._irregular:
             self._irregular[key] = irregular.excess(self.dataset, Residuals(self, fit.chosen))
-        return {kind: x + self._irregular[key].get(kind, 0.0) for kind, x in self.held_out_excess(fit.chosen).items()}
+        return self._irregular[key]
 
     def is_within_noise(self):
         """Does the plain model leave no more than the noise, in every kind of channel?"""
@@ -282,21 +287,25 @@ class Search:
         z = max(over_blocks(gain, record), over_blocks(gain / (total_old + total_new)[filled], record))
         tempered = (before.excess - after.excess) / max(1.0, (after.excess + self.freedom) / self.freedom)
         own = self._tempered_at(self.dataset.kinds_at(after.chosen[-1].joint), old, new)
-        return max(tempered, own), z, self._share(old, new, after.chosen[-1])
+        return max(tempered, own), z, self._share(before, after, old, new)
 
     def _tempered_at(self, kinds, old, new):
         """The gain of some kinds of channel, over what is left of each degree of their freedom."""
         before, after = (sum(x[kind].sum() for kind in kinds) for x in (old, new))
         return (before - after) / max(1.0, after / sum(self.dataset.freedom(kind) for kind in kinds))
 
-    def _share(self, old, new, added):
+    def _share(self, before, after, old, new):
         """Share of the open excess that a step closes, over all channels, those at the added effect's joint, or its torque
         alone: what another effect leaves elsewhere says nothing about this one."""
-        shares, own = [], self.dataset.kinds_at(added.joint)
+        shares, own = [], self.dataset.kinds_at(after.chosen[-1].joint)
         for kinds in (self.dataset.kinds, own, [kind for kind in own if kind[0] == "T"]):
-            before, after = (sum(x[kind].sum() for kind in kinds) for x in (old, new))
-            still_open = before - sum(self.dataset.freedom(k) + self.floor_of[k] for k in kinds)
-            shares.append((before - after) / still_open if still_open > 0 else 0.0)
+            left, then = (sum(x[kind].sum() for kind in kinds) for x in (old, new))
+            still_open = left - sum(self.dataset.freedom(k) + self.floor_of[k] for k in kinds)
+            closed = left - then
+            if still_open <= self.detection_threshold:  # all that stands open does not come back with the motion
+                irregular, rest = (sum(self.irregular(fit).get(kind, 0.0) for kind in kinds) for fit in (before, after))
+                still_open, closed = still_open + irregular, closed + irregular - rest
+            shares.append(closed / still_open if still_open > 0 else 0.0)
         return max(shares)
 
     def significant(self, before, after, share, steps=1.0):
@@ -398,9 +407,10 @@ class Search:
         return [fit for fit in found if self.nothing(before, fit) < HALF]
 
     def _worth_more(self, fit):
-        """Is there a kind of channel in which enough stands open? A fine encoder's gap can dwarf the others'."""
-        left = self.gram.held_out_blocks(self.columns(fit.chosen))
-        return any(left[kind].sum() - self.dataset.freedom(kind) - self.floor_of[kind] > self.detection_threshold for kind in self.dataset.kinds)
+        """Is there a kind of channel in which enough stands open? A fine encoder's gap can dwarf the others'. What does not come back
+        with the motion counts: friction that drifts is noise otherwise."""
+        left = self.excess_by_kind(fit)
+        return any(left[kind] - self.floor_of[kind] > self.detection_threshold for kind in self.dataset.kinds)
 
     def ordered(self, fit):
         """The effect without which the rest, in its best forms, is worst comes first."""
