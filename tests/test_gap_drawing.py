@@ -111,6 +111,23 @@ def test_a_spring_stiffer_than_the_mass_is_named(stiffness_N_m):
     assert effect["parameters"]["stiffness_Nm_rad"] == pytest.approx(stiffness_N_m, rel=0.01)
 
 
+SPRING = """effects:
+- effect: parallel_spring
+  joint: joint
+  parameters: {stiffness_Nm_rad: 0.0, stiffening_Nm_rad3: 2.0, preload_Nm: 0.0, bend_Nm_rad2: 0.5, bumper_Nm_rad: 0.0, bumper_rad: 0.0, bumper_side: 0}
+"""
+
+
+@pytest.mark.parametrize("rate_Hz", [80, 100])
+def test_a_spring_that_moves_gravity_is_no_elasticity_beside_another_machine(tmp_path, rate_Hz):
+    """The fit without any effect finds another gravity, and that beside an elasticity is 4.5 times the file's; so it is through half the low-pass."""
+    pendulum = REPOSITORY / "models/pendulum.yaml"
+    (tmp_path / "spring.yaml").write_text(pendulum.read_text() + SPRING)
+    found = talus.diagnose(pendulum, talus.simulate(talus.read(tmp_path / "spring.yaml"), duration_s=60, rate_hz=rate_Hz)).report
+    assert found["verdict"]["effect"] == "parallel_spring" and found["verdict"]["probability"] > 0.5
+    assert found["lowpass"]["stable"]
+
+
 # ---- a model file of first guesses, and a friction that it does not have --------------------
 
 ADDED = {  # of the drive's torque (RMS), by speed over its largest

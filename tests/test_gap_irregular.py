@@ -113,6 +113,12 @@ def test_friction_that_drifts_is_no_noise_where_the_motion_does_not_repeat_eithe
     assert drift(1.0) == drift(0.0) or noise.pair_deviation(pairs_of(drift, 0)[0]) > 1.5
 
 
+def test_a_drift_that_is_not_significant_is_left_as_it_is():
+    """Two terms fit any noise a little: left to that, they would make it smaller."""
+    every = [pairs_of(lambda u: 0.0 * u, seed) for seed in range(200)]
+    assert sum(noise.steady(*one) is one[0] for one in every) >= 199
+
+
 def test_what_wanders_from_second_to_second_stays_noise():
     wander = lambda u: 3.0 * np.sin(2 * np.pi * 15 * u)
     found = [noise.pair_deviation(noise.steady(*pairs_of(wander, seed))) for seed in range(20)]

@@ -75,14 +75,14 @@ def test_losses_are_shares_of_the_load():
 def test_a_bent_spring_by_its_stiffness_at_any_angle(q):
     parameters = {"stiffness_Nm_rad": -27.0, "bend_Nm_rad2": 31.0, "stiffening_Nm_rad3": -11.5, "preload_Nm": 2.0}
     text = said("parallel_spring", **parameters)
-    assert text == "-27 + 62 q - 34.5 q² Nm/rad at an angle of q rad"
+    assert text == "-27 + 62 q - 34.5 q² Nm/rad at q rad"
     slope = (torque("parallel_spring", parameters, q=q + 1e-4) - torque("parallel_spring", parameters, q=q - 1e-4)) / 2e-4
     assert slope == pytest.approx(-27 + 62 * q - 34.5 * q**2, rel=1e-6)
 
 
 def test_a_straight_spring_by_its_stiffness():
     assert said("parallel_spring", stiffness_Nm_rad=3.0, bend_Nm_rad2=0.0) == "3 Nm/rad"
-    assert said("parallel_spring", straight=True, stiffening_Nm_rad3=2.0) == "6 q² N/m at an angle of q m"
+    assert said("parallel_spring", straight=True, stiffening_Nm_rad3=2.0) == "6 q² N/m at q m"
 
 
 def test_a_ripple_by_its_amplitude():

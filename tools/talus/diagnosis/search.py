@@ -303,8 +303,8 @@ class Search:
             still_open = left - sum(self.dataset.freedom(k) + self.floor_of[k] for k in kinds)
             closed = left - then
             if still_open <= self.detection_threshold:  # all that stands open does not come back with the motion
-                irregular, rest = (sum(self.irregular(fit).get(kind, 0.0) for kind in kinds) for fit in (before, after))
-                still_open, closed = still_open + irregular, closed + irregular - rest
+                apart, rest = (sum(self.irregular(fit).get(kind, 0.0) for kind in kinds) for fit in (before, after))
+                still_open, closed = still_open + apart, closed + apart - rest
             shares.append(closed / still_open if still_open > 0 else 0.0)
         return max(shares)
 

@@ -27,10 +27,11 @@ class Other:
         """Of all columns of candidates, fitted together."""
         return self._held_out(chosen)[1]
 
-    def cost(self, chosen, temperature):
-        """The same, and by how much the machine beside them is not the model file's, at a likelihood temperature."""
+    def excess_and_cost(self, chosen, temperature):
+        """(excess, the same with what the machine beside them costs that is not the model file's, at a likelihood temperature)."""
         gram, columns = Gram(self.dataset, self.all_terms, chosen), self.search.columns(chosen)
-        return gram.held_out(columns)[0] - self.dataset.freedom() + temperature * gram.off_drawing(columns, temperature)
+        excess = gram.held_out(columns)[0] - self.dataset.freedom()
+        return excess, excess + temperature * gram.off_drawing(columns, temperature)
 
     def _held_out(self, chosen):
         return Gram(self.dataset, self.all_terms, chosen).held_out(self.search.columns(chosen))
@@ -42,8 +43,8 @@ def survives(search, fit, rivals, dataset):
     dataset.sigma = dict(search.dataset.sigma)
     other, (first, *others) = Other(search, dataset), fit.chosen
     temperature = search.temperature_of(fit)
-    named, cost = other.excess([first, *others]), other.cost([first, *others], temperature)
-    beside = [other.cost(rival.chosen, temperature) for rival in rivals[:MOST_RIVALS] if rival.chosen[-1].key != first.key]
+    named, cost = other.excess_and_cost([first, *others], temperature)
+    beside = [other.excess_and_cost(rival.chosen, temperature)[1] for rival in rivals[:MOST_RIVALS] if rival.chosen[-1].key != first.key]
     near = search.detection_threshold + search.tolerated
     return bool(named < other.excess(others) - search.detection_threshold and cost < min(beside, default=cost) + near)
 

@@ -54,7 +54,7 @@ def size(p):
     if not bent:
         return f"{p['stiffness_Nm_rad']:.3g} Nm/rad" if p.get("stiffness_Nm_rad") else ""
     line = [f"{p['stiffness_Nm_rad']:.3g}"] if p.get("stiffness_Nm_rad") else []
-    return f"{' '.join([*line, *bent]).removeprefix('+').replace(' +', ' + ').replace(' -', ' - ')} Nm/rad at an angle of q rad"
+    return f"{' '.join([*line, *bent]).removeprefix('+').replace(' +', ' + ').replace(' -', ' - ')} Nm/rad at q rad"
 
 
 EFFECT = Effect(
