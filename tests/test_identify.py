@@ -161,6 +161,16 @@ def test_a_bound_of_the_user_is_kept_and_said(twin):
     assert "knee_coulomb_Nm ends at its bound" in done.stderr
 
 
+def test_a_bound_of_nothing_is_said_as_0(tmp_path):
+    """A drive that helps with the speed: no friction is negative, and rounding is no value."""
+    model = talus.read(REPOSITORY / "models/pendulum.yaml")
+    columns = dict(talus.simulate(model, duration_s=20, encoder_bits=20).columns)
+    columns["joint_current_A"] = columns["joint_current_A"] - 0.1 * np.gradient(columns["joint_rad"], columns["time_s"])
+    talus.Recording(columns).write(tmp_path / "run.csv")
+    done = run("talus-identify", "--model", REPOSITORY / "models/pendulum.yaml", "--out", tmp_path / "f.yaml", tmp_path / "run.csv")
+    assert "viscous_Nms_rad ends at its bound, 0\n" in done.stderr
+
+
 def test_a_prior_ten_times_off_is_no_wall(twin):
     tree = yaml.safe_load((twin / "cad.yaml").read_text())
     tree["knee"]["friction"]["coulomb_Nm"] = 0.02

@@ -11,6 +11,7 @@
 #define SMALL 0.1         /* of what was found: a figure that says little beside what is hidden */
 #define FIXED_WITHIN 0.01 /* of an inertia: a larger standard deviation is said */
 #define MANY_TIMES 10.0   /* what was found: farther off, a figure says no more */
+#define ROUNDING 1e-9     /* of the parameter's size: so near to 0 is 0 */
 #define POORLY_KNOWN 0.5  /* of the parameter's size: a standard deviation to warn of */
 #define IN_DIRECTION 1e-3 /* share of a null direction from which on a parameter belongs to it */
 
@@ -257,7 +258,8 @@ void report_warn(const struct report_input *in) {
     if (report_null_text(in, k, &told, text, sizeof text)) app_note("not identifiable (*): %s", text);
   for (int i = 0; i < p->parameters; i++) {
     if (r->identifiable[i] && r->at_bound[i])
-      app_note("%s ends at its bound, %.3g", table[i].name, r->value[i]);
+      app_note("%s ends at its bound, %.3g", table[i].name,
+               fabs(r->value[i]) > ROUNDING * p->scale[i] ? r->value[i] : 0.0);
     else if (r->identifiable[i] && r->sigma[i] > POORLY_KNOWN * p->scale[i])
       app_note("%s is hardly excited: its standard deviation is %.2g on a value of %.3g", table[i].name,
                r->sigma[i], r->value[i]);
