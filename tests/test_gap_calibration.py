@@ -54,6 +54,18 @@ def test_the_probability_is_the_formula_of_the_docs():
         assert probability == pytest.approx(null / (null + other), rel=1e-9)
 
 
+def test_what_an_effect_gains_alone_is_no_bound_beside_another():
+    """A spring hides what a late current does; beside it the delay closes nearly all."""
+    delay = "delay", "joint"
+    found = Calibration({KEY: 4000.0, delay: 3.0}, [{KEY: 10.0, delay: 12.0}, {KEY: 20.0, delay: 9.0}], {"T0": 0.0}, CHANCE)
+
+    def fit(excess, *keys):
+        return SimpleNamespace(chosen=[SimpleNamespace(key=key) for key in keys], excess=excess)
+
+    assert found.nothing_of(fit(5000.0), fit(4100.0, delay)) == found.nothing(delay, 3.0) > 0.5
+    assert found.nothing_of(fit(1000.0, KEY), fit(100.0, KEY, delay)) == found.nothing(delay, 900.0) < 0.01
+
+
 def test_a_gap_no_larger_than_the_floor_is_none_and_one_of_many_times_is_not():
     found = Calibration({}, [{}, {}], {"T0": 0.0}, CHANCE)
     for times in (1.0, 2.0, 3.5, 10.0):

@@ -9,7 +9,7 @@ import talus
 from gap_in_process import recorded
 from scipy.stats import norm
 from support import REPOSITORY, data, needs_data
-from talus.diagnosis import gate
+from talus.diagnosis import figures, gate
 from talus.diagnosis.calibration import lowpass
 from talus.diagnosis.calibration.thresholds import PART
 from talus.diagnosis.dataset import drawn_width
@@ -70,6 +70,30 @@ def test_a_file_is_a_drawing_or_a_first_guess(search, monkeypatch, cost):
     drawing, guess = (norm.logpdf(0.0, scale=width) * count for width in (0.2, 20.0))
     want = np.logaddexp(drawing, guess) - np.logaddexp(drawing - 0.5 * cost, guess)
     assert search.gram.off_drawing([], 1.0) == pytest.approx(2 * want, abs=1e-9)
+    assert search.gram.is_drawn([], 1.0) == (drawing - 0.5 * cost > guess)
+
+
+def test_errors_beside_a_drawing_are_those_of_noise_and_of_the_drawing(search):
+    """Of strengths that are linear in readings and drawn values, each of its own deviation: data weigh 1, a drawing `temperature`."""
+    temperature = 40.0
+    near = search.as_drawn(temperature)
+    fit = near.fit(search.gram.candidates[:1])
+    gram, dataset, columns = search.gram, search.dataset, search.columns(fit.chosen)
+    data = np.concatenate([np.concatenate([plain[:-1], own]).T for plain, own in zip(gram.plain, gram.gathered(columns), strict=True)])
+    names, given = list(dataset.model.base), np.array(list(dataset.model.base.values()))
+    known = np.flatnonzero(given)
+    drawn = np.array([not names[k].endswith(FRICTION) for k in known])
+    deviation = np.where(drawn, PART * np.abs(given[known]), dataset.prior_width[known])
+    weight = np.where(drawn, np.sqrt(temperature), 1.0) / deviation
+    rows = np.zeros((len(known), data.shape[1]))
+    rows[np.arange(len(known)), known] = weight
+    seen = np.flatnonzero(np.any(data != 0, axis=0))
+    every = np.concatenate([data, rows])[:, seen]
+    size = np.linalg.norm(every, axis=0)
+    moved = np.linalg.pinv(every / size, rcond=1e-12) / size[:, None]  # what each row's reading moves
+    noise = np.r_[np.full(len(data), np.sqrt(figures.left_of_freedom(near, fit))), weight * deviation]
+    want = np.sqrt(np.sum((moved * noise) ** 2, axis=1))[-len(columns):]
+    assert np.concatenate(figures.standard_errors(near, fit)) == pytest.approx(want, rel=1e-3)
 
 
 @pytest.mark.parametrize("drawn", [0, 1])
@@ -111,19 +135,44 @@ def test_a_spring_stiffer_than_the_mass_is_named(stiffness_N_m):
     assert effect["parameters"]["stiffness_Nm_rad"] == pytest.approx(stiffness_N_m, rel=0.01)
 
 
+PENDULUM = REPOSITORY / "models/pendulum.yaml"
 SPRING = """effects:
 - effect: parallel_spring
   joint: joint
-  parameters: {stiffness_Nm_rad: 0.0, stiffening_Nm_rad3: 2.0, preload_Nm: 0.0, bend_Nm_rad2: 0.5, bumper_Nm_rad: 0.0, bumper_rad: 0.0, bumper_side: 0}
+  parameters: {{stiffness_Nm_rad: {0}, stiffening_Nm_rad3: {1}, preload_Nm: 0.0, bend_Nm_rad2: {2}, bumper_Nm_rad: 0.0, bumper_rad: 0.0, bumper_side: 0}}
 """
 
 
+def beside_a_spring(rate_Hz, *coefficients, machine=(0.045, 0.15)):
+    """What is said of a pendulum with a spring, its inertia [kg m2] and moment [kg m] as here."""
+    text = PENDULUM.read_text() + SPRING.format(*coefficients)
+    text = text.replace("inertia_kg_m2: 0.045", f"inertia_kg_m2: {machine[0]}").replace("moment_kg_m: 0.15", f"moment_kg_m: {machine[1]}")
+    return talus.diagnose(PENDULUM, talus.simulate(talus.Model.from_text(text), duration_s=60, rate_hz=rate_Hz))
+
+
+@pytest.mark.parametrize(("rate_Hz", "linear", "cube", "moment_kg_m"), [(100, 0.0, 2.0, 0.15), (250, 0.0, 2.0, 0.17), (250, 3.0, 0.0, 0.13)])
+def test_a_springs_size_is_told_beside_the_drawn_gravity(rate_Hz, linear, cube, moment_kg_m):
+    """A line less a sine is a cube: beside any gravity -57 q + 11 q^3 Nm does as well as 2 q^3."""
+    found = beside_a_spring(rate_Hz, linear, cube, 0.0, machine=(0.042, moment_kg_m))
+    (effect,) = found.effects
+    assert effect["effect"] == "parallel_spring" and effect["probability"] > 0.5
+    for name, true in (("stiffness_Nm_rad", linear), ("stiffening_Nm_rad3", cube)):
+        low, high = effect["interval"].get(name, [effect["parameters"].get(name, 0.0)] * 2)
+        assert low <= true <= high and high - low < 12.0, name
+    assert found.model.base["gravity_sin"] == pytest.approx(moment_kg_m, rel=2 * PART)
+
+
+def test_beside_a_machine_that_is_not_drawn_sizes_are_told_as_the_recording_has_them():
+    found = beside_a_spring(250, 3.0, 0.0, 0.0, machine=(0.2, 0.9))
+    (effect,) = found.effects
+    assert effect["effect"] == "parallel_spring"
+    assert found.model.base["inertia"] == pytest.approx(0.2, rel=0.01)
+
+
 @pytest.mark.parametrize("rate_Hz", [80, 100])
-def test_a_spring_that_moves_gravity_is_no_elasticity_beside_another_machine(tmp_path, rate_Hz):
+def test_a_spring_that_moves_gravity_is_no_elasticity_beside_another_machine(rate_Hz):
     """The fit without any effect finds another gravity, and that beside an elasticity is 4.5 times the file's; so it is through half the low-pass."""
-    pendulum = REPOSITORY / "models/pendulum.yaml"
-    (tmp_path / "spring.yaml").write_text(pendulum.read_text() + SPRING)
-    found = talus.diagnose(pendulum, talus.simulate(talus.read(tmp_path / "spring.yaml"), duration_s=60, rate_hz=rate_Hz)).report
+    found = beside_a_spring(rate_Hz, 0.0, 2.0, 0.5).report
     assert found["verdict"]["effect"] == "parallel_spring" and found["verdict"]["probability"] > 0.5
     assert found["lowpass"]["stable"]
 

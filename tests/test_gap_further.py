@@ -7,7 +7,7 @@ import pytest
 
 from talus.diagnosis import verdict
 from talus.diagnosis.calibration import further, thresholds
-from talus.diagnosis.search import Search
+from talus.diagnosis.search import Fit, Search
 
 
 def candidate(effect):
@@ -62,6 +62,16 @@ def test_behind_what_replicates_gain_as_well_another_effect_may_stand():
     search = SimpleNamespace(nothing=lambda before, fit: likely_nothing[fit.chosen[-1].key])
     found = [fit_of([FIRST, GIVEN]), fit_of([FIRST, RIVAL])]
     assert Search._something(search, fit_of([FIRST]), found) == found[1:]
+
+
+def test_a_further_effect_is_judged_at_its_own_joint_whichever_was_found_first():
+    """Of an ankle's friction found first and a knee's ripple the ripple is there already: what stands open at the ankle counts."""
+    ripple, friction = SimpleNamespace(key=("kinematic_error", "knee"), joint="knee"), SimpleNamespace(key=("stribeck", "ankle"), joint="ankle")
+    seen = []
+    search = SimpleNamespace(_has_other_forms=lambda c: True, fit=lambda chosen: Fit(chosen, 2e3), excess_by_kind=lambda fit: {"T1": 1e3},
+                             tolerated=0.0, significant=lambda before, after, *rest: not seen.append(after))  # fmt: skip
+    assert Search.is_worth_adding(search, Fit([ripple], 1e3, [[3.0]]), Fit([friction, ripple], 1e2, [[4.0], [5.0]]))
+    assert seen[0].chosen == [ripple, friction] and seen[0].strengths == [[5.0], [4.0]] and seen[0].excess == 1e2
 
 
 class Toy(Search):
@@ -128,7 +138,7 @@ class Open(Search):
         self.gram = SimpleNamespace(candidates=[candidate("base_compliance")] * 2)
 
     def fit(self, chosen):
-        return SimpleNamespace(chosen=list(chosen), excess=self.left if chosen else 1000.0 + self.left)
+        return Fit(chosen, self.left if chosen else 1000.0 + self.left, [[1.0] for _ in chosen])
 
     def excess_by_kind(self, fit):
         return {"T0": fit.excess + self.irregular}

@@ -11,6 +11,7 @@ One file, one subject, in the order in which a diagnosis runs:
     gram.py             normal equations by block, fits and their error on blocks held out
     search.py           which effects, up to three
     verdict.py          probabilities, none and unknown
+    drawing.py          the effects beside the machine that the model file draws
     figures.py          the gap in the contract's figures
     motion.py           the library's simulation under the recorded torque, against the recorded motion
     tilt_source.py      a tilted bench or an encoder's zero, by a camera

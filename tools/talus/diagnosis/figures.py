@@ -159,14 +159,16 @@ def closes(dataset, before, last, now):
 
 def standard_errors(search, fit):
     """Standard deviation of every strength, by the noise and by what is left beside it; one list a candidate."""
-    inverse, scale = _inverse(search, fit)
-    return _by_candidate(fit, np.sqrt(np.maximum(np.diag(inverse), 0.0) * left_of_freedom(search, fit)) / scale)
+    products = _products(search, fit)
+    inverse, scale = _inverse(products)
+    variance = search.gram.variance(products, left_of_freedom(search, fit))[:-1, :-1] / np.outer(scale, scale)
+    return _by_candidate(fit, np.sqrt(np.maximum(np.diag(inverse @ variance @ inverse), 0.0)) / scale)
 
 
 def errors_by_stretch(search, fit):
     """The same by what the fit leaves in each stretch of the motion (Liang and Zeger 1986): what a model lacks of a place or a speed stays
     the same for as long as the joint is there. 0 where stretches are too few to tell."""
-    (inverse, scale), sums = _inverse(search, fit), search.gram.by_stretch(search.columns(fit.chosen))
+    (inverse, scale), sums = _inverse(_products(search, fit)), search.gram.by_stretch(search.columns(fit.chosen))
     filled = np.any(sums != 0, axis=1)
     count = np.count_nonzero(filled)
     if count < FEWEST_STRETCHES:
@@ -175,9 +177,14 @@ def errors_by_stretch(search, fit):
     return _by_candidate(fit, np.sqrt(count / (count - 1) * np.sum(moved**2, axis=0)) / scale)
 
 
-def _inverse(search, fit):
-    """(inverse of a fit's normal equations at unit columns, their scale)."""
-    products = search.gram.products(search.gram.gathered(search.columns(fit.chosen)))[:-1, :-1]
+def _products(search, fit):
+    """A fit's normal equations, and its reading."""
+    return search.gram.products(search.gram.gathered(search.columns(fit.chosen)))
+
+
+def _inverse(products):
+    """(inverse of normal equations at unit columns, their scale)."""
+    products = products[:-1, :-1]
     scale = np.sqrt(np.diag(products))
     scale[scale == 0] = 1
     return np.linalg.inv(products / np.outer(scale, scale) + 1e-10 * np.eye(len(scale))), scale

@@ -5,6 +5,7 @@ Columns are kept thinned to what the low-pass leaves, in single precision; produ
 it does. The order of the unknowns is: base parameters, one constant for each kind of angle, the candidates' columns.
 """
 
+import copy
 import gc
 
 import numpy as np
@@ -67,6 +68,7 @@ class Gram:
     def __init__(self, dataset, all_terms, candidates):
         self.dataset, self.all_terms, self.folds = dataset, all_terms, dataset.fold_count
         self.first = dataset.bases + len(dataset.angle_kinds)
+        self.prior_width = self.prior_deviation = dataset.prior_width  # in chi-square's unit, and as it is
         self.columns = list(dict.fromkeys(c for candidate in candidates for c in candidate.columns))
         self.place = {column: k for k, column in enumerate(self.columns)}
         shown = {c.kind for c in dataset.channels}  # a planned recording may lack a sensor that another one had
@@ -253,17 +255,39 @@ class Gram:
         """The same where the file is a drawing or a first guess, as likely as not: one that no fit comes near costs all of them the
         same. A guess has its values anywhere within the width that one joint's have, so a drawing foretells them so much better. A
         single value may be near by chance."""
+        drawing, guess = self._drawing_and_guess(columns, temperature)
+        return float(2.0 * np.log((1.0 + guess) / (drawing + guess)))
+
+    def is_drawn(self, columns, temperature):
+        """Is the file likelier a drawing than a guess, beside these columns?"""
+        drawing, guess = self._drawing_and_guess(columns, temperature)
+        return bool(drawing > guess)
+
+    def _drawing_and_guess(self, columns, temperature):
+        """How likely the fit's machine is if the file is a drawing, and if it is a guess; the same where nothing can tell."""
         drawn = np.isfinite(self.dataset.drawn_width).sum()
         if drawn < FEWEST_DRAWN:
-            return 0.0
-        guess = (PART / PRIOR_WIDTH_OF_ONE_JOINT) ** drawn
-        cost = self.cost_of_drawing(columns, temperature)
-        return float(2.0 * np.log((1.0 + guess) / (np.exp(-0.5 * cost) + guess)))
+            return 1.0, 1.0
+        return np.exp(-0.5 * self.cost_of_drawing(columns, temperature)), (PART / PRIOR_WIDTH_OF_ONE_JOINT) ** drawn
+
+    def as_drawn(self, temperature):
+        """The same products where the file is a drawing. The data's chi-square counts by its `temperature`, so in its unit a drawing is
+        so much nearer."""
+        near, drawn = copy.copy(self), self.dataset.drawn_width
+        near.prior_deviation = np.where(np.isfinite(drawn), drawn, self.prior_width)
+        near.prior_width = np.where(np.isfinite(drawn), drawn / np.sqrt(temperature), self.prior_width)
+        return near
+
+    def variance(self, products, left):
+        """Variance of the right side of products(), where the noise is `left` times the one known: that of the data, and of what is
+        known before by its own deviation."""
+        size = len(products) - 1
+        return left * (products - self._prior(size)) + self._known_to(self.prior_width**2 / self.prior_deviation, size)
 
     def prior_rows(self, width=None):
         """What is known of the base parameters before: (unknowns, rows) and readings, in chi-square's unit. Far less than
         recordings tell, but for effects that could stand for a parameter: a spring for gravity, say."""
-        given, width = self.dataset.prior, self.dataset.prior_width if width is None else width
+        given, width = self.dataset.prior, self.prior_width if width is None else width
         known = np.flatnonzero(given)
         rows, weight = np.zeros((self.first, len(known))), 1 / width[known]
         rows[known, np.arange(len(known))] = weight
@@ -279,7 +303,7 @@ class Gram:
 
     def _prior(self, size):
         """Products of prior_rows() in the order of a fit with `size` unknowns and the reading."""
-        return self._known_to(self.dataset.prior_width, size)
+        return self._known_to(self.prior_width, size)
 
     def _known_to(self, width, size):
         """The same where base parameters are known to other widths."""

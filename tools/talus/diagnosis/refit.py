@@ -99,6 +99,7 @@ class Anew:
         self.dataset = search.dataset
         self.all_terms = [TorqueTerms(self.dataset, record, base, excess) for record in range(len(self.dataset.processed_recordings))]
         self.gram = Gram(self.dataset, self.all_terms, chosen)
+        self.gram.prior_width = search.gram.prior_width
 
 
 def settled_fit(search, chosen, model):

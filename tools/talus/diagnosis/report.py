@@ -4,6 +4,7 @@ import json
 import math
 
 from . import experiment, figures, motion, tilt_source
+from .drawing import beside_drawing
 from .hidden import not_observable
 from .kinds import is_known
 from .nearest import nearest
@@ -25,9 +26,9 @@ class Diagnosis:
 
 def diagnosis(search, verdict, seed, findings, through):
     """The diagnosis of a finished search; `findings` are those that are not grave, `through` the Lowpass."""
-    dataset, fit = search.dataset, verdict.fit
-    before = figures.Residuals(search, [])
-    after = figures.Residuals(search, fit.chosen) if fit.chosen else before
+    dataset, before = search.dataset, figures.Residuals(search, [])
+    near, fit = beside_drawing(search, verdict.fit)
+    after = figures.Residuals(near, fit.chosen) if fit.chosen else before
     places, maps = where(search, before, fit.chosen[0].key if fit.chosen else None)
     maps_after = where(search, after)[1] if fit.chosen else maps
     named = verdict.probabilities[0]
@@ -46,7 +47,7 @@ def diagnosis(search, verdict, seed, findings, through):
         "resembles": resembles(search, verdict),
         "effects": [],
         "gap": figures.gap(dataset, before, after, seed),
-        "motion": motion.motion(search, fit, before, after),
+        "motion": motion.motion(near, fit, before, after),
         "where": places,
         "confusable": [
             {"effects": [named[1], effect], "joint": joint, "separation": math.log(named[0] / p)}
@@ -58,7 +59,7 @@ def diagnosis(search, verdict, seed, findings, through):
     }
     if own := [effect for effect in dataset.effects.values() if not (is_known(effect.id) or effect.outside)]:
         report["own_effects"] = {effect.id: {"title": effect.words} for effect in own}
-    listed = figures.effects(search, fit, before)
+    listed = figures.effects(near, fit, before)
     keys = [c.key for c in fit.chosen]
     for item in listed:
         own = [p for p, effect, joint in verdict.probabilities if (effect, joint) == (item["effect"], item["joint"])]
@@ -68,9 +69,9 @@ def diagnosis(search, verdict, seed, findings, through):
         item["probability"] = own[0] if own and first else further
     order = ("effect", "joint", "probability", "parameters", "interval", "closes", "gap_before", "gap_after")
     report["effects"] = [{name: item[name] for name in order} for item in listed]
-    if source := tilt_source.of(search, fit):
-        report["effects"][tilt_source.place_of(search, fit)]["source"] = source
-    found = Diagnosis(report, search, fit, before, after, maps, maps_after)
+    if source := tilt_source.of(near, fit):
+        report["effects"][tilt_source.place_of(near, fit)]["source"] = source
+    found = Diagnosis(report, near, fit, before, after, maps, maps_after)
     found.trajectory = proposal.text
     return found
 

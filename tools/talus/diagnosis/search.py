@@ -1,6 +1,7 @@
 """Which effects: greedy over all candidates with a beam, every step judged on held-out blocks."""
 
 import contextlib
+import copy
 import functools
 import gc
 import itertools
@@ -50,6 +51,12 @@ class Fit:
             return [*others[:place], last, *others[place:]]
 
         return Fit(moved(self.chosen), self.excess, moved(self.strengths))
+
+    def added_to(self, before):
+        """The same fit, what is not among the effects of another one last."""
+        there = {c.key for c in before.chosen}
+        order = sorted(range(len(self.chosen)), key=lambda place: self.chosen[place].key not in there)
+        return Fit([self.chosen[k] for k in order], self.excess, [self.strengths[k] for k in order])
 
     def is_physical(self, looking=False):
         """Are strengths within what there can be, or at least what leads there?"""
@@ -124,6 +131,12 @@ class Search:
         """Chi-square by which the machine beside a fit's effects is not the one of the model file, the data's taken at a likelihood
         temperature."""
         return self.gram.off_drawing(self.columns(fit.chosen), temperature)
+
+    def as_drawn(self, temperature):
+        """The same search where the model file is a drawing, with likelihood temperature of the data."""
+        near = copy.copy(self)
+        near.gram, near._irregular = self.gram.as_drawn(temperature), {}
+        return near
 
     def farthest_off_drawing(self, fit):
         """(name, times the model file's value) of the parameter of inertia or gravity that is farthest from it beside a fit's effects."""
@@ -316,7 +329,8 @@ class Search:
         return bool(enough and (share == 0 or closed > share) and self.nothing(before, after) < HALF)
 
     def is_worth_adding(self, before, after):
-        """Is a further effect, the last of `after`, more than what another form of the effect at its joint would do?"""
+        """Is the further effect of `after` more than what another form of the effect at its joint would do?"""
+        after = after.added_to(before)
         shaped = [c for c in before.chosen if self._has_other_forms(c) and is_near(c, after.chosen[-1])]
         explained = self.fit([c for c in before.chosen if c not in shaped]).excess - before.excess
         # what does not come back with the motion counts: friction that drifts may be in the noise otherwise

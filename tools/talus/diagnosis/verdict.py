@@ -6,6 +6,7 @@ import numpy as np
 
 from . import tilt_source
 from .calibration import further
+from .drawing import shaped
 from .outside.beside import Beyond
 from .calibration.stability import keep_their_size, survives
 from .calibration.thresholds import (
@@ -161,7 +162,9 @@ def rivals(search, fit):
     """The fit, and what could stand in its first effect's place; the nearest as well refined as that."""
     found = [other for other in search.scan(fit.chosen[1:]) if other.chosen[-1].key != fit.chosen[0].key]
     mine = search.fit([*fit.chosen[1:], fit.chosen[0]])
-    return [mine, *search.nearest_refined(found, len(mine.chosen) - 1, fit.excess)]
+    every = [mine, *search.nearest_refined(found, len(mine.chosen) - 1, fit.excess)]
+    temperature = search.temperature_of(fit)
+    return [shaped(search, one, len(one.chosen) - 1, temperature) if one.excess < HOPELESS * temperature + mine.excess else one for one in every]
 
 
 def other_sets(search, fit):
@@ -277,7 +280,7 @@ def first_judgement(search, fit, sound):
         verdict.fit = search.plain
         return verdict
     named = (verdict.effect, verdict.joint)
-    if named in likeliest and named != fit.chosen[0].key:  # a simpler effect does as well as the one that fits best
+    if named in likeliest and likeliest[named].chosen[-1] is not fit.chosen[0]:  # a simpler effect or form does as well as the one that fits best
         verdict.fit = in_front(search, likeliest[named])
     return verdict
 

@@ -32,9 +32,11 @@ class Calibration:
     `excess`: {kind: mean chi-square over its freedom that noise and reconstruction leave there}. `chance` is what the best column gains
     in what noise and reconstruction leave: it is added to gains, below it the logarithm tells noise apart from noise; TIMES_AS_MUCH of it is
     the gain that a search takes for an effect at all. `again(gain)` is what the best column gains by chance in what that gain leaves of the
-    recordings, where that is more. `outside` are keys of causes outside the catalogue: whether there is an effect does not depend on them."""
+    recordings, where that is more. `outside` are keys of causes outside the catalogue: whether there is an effect does not depend on them.
+    `there` are those of the effects beside which all of them gain."""
 
-    def __init__(self, own, gains, excess, chance, outside=(), again=lambda gain: 0.0):
+    def __init__(self, own, gains, excess, chance, outside=(), again=lambda gain: 0.0, there=frozenset()):
+        self.there = frozenset(there)
         self.own, self.gains, self.excess = own, gains, excess
         self.chance, self.again = chance, again
         self.keys = sorted(set(own).union(*gains) - set(outside))
@@ -57,11 +59,13 @@ class Calibration:
 
     def nothing_of(self, before, after):
         """The same of a step from one fit to another, of the likeliest effect that it adds. Replicates are searched on the grid of
-        shapes: what lies between its points is not counted."""
+        shapes: what lies between its points is not counted. Beside other effects than these an effect's own gain is no bound: what
+        the first one does may hide the second."""
         there = {c.key for c in before.chosen}
         gain = before.excess - after.excess
+        most = self.own if there == self.there else {}
         new = [c.key for c in after.chosen if c.key not in there]
-        return min((self.nothing(key, min(gain, self.own.get(key, gain))) for key in new), default=0.0)
+        return min((self.nothing(key, min(gain, most.get(key, gain))) for key in new), default=0.0)
 
     def nothing_at_all(self):
         """Probability that no gain is anything: by the largest of all beside the largest of each replicate, and where it stands above
@@ -139,7 +143,8 @@ class Replicator:
             excess = {kind: float(np.mean([e[kind] for _, e in found])) for kind in search.dataset.kinds}
             outside = {key for gains in (own, *(gains for gains, _ in found)) for key in gains if search.is_outside(key)}
             out = Calibration(own, [gains for gains, _ in found], excess, by_chance(search, sum(excess.values())), outside,
-                              functools.partial(by_chance_again, search, sum(excess.values()), fit.excess))  # fmt: skip
+                              functools.partial(by_chance_again, search, sum(excess.values()), fit.excess),
+                              {c.key for c in fit.chosen})  # fmt: skip
             if not SURE_BELOW < out.most_widths() < SURE_ABOVE:
                 break
         return out

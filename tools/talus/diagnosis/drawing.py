@@ -1,0 +1,38 @@
+"""Effects beside the machine that the model file draws. A line less gravity's sine is a cube: beside a gravity that is free a spring of
+another form does as well, and its size says little."""
+
+from .shapes import refined
+
+
+def against(search, fit, temperature):
+    """Twice the logarithm of how unlikely a fit is: what it leaves, and a machine that is not the model file's."""
+    return fit.excess / temperature + search.off_drawing(fit, temperature)
+
+
+def shaped(search, fit, place, temperature):
+    """The fit with one effect in the shape of the grid that is likeliest with its machine, or as it is."""
+    old, others = fit.chosen[place], [*fit.chosen[:place], *fit.chosen[place + 1:]]
+    best, least = fit, against(search, fit, temperature)
+    shapes = search.beside(others, [c for c in search.gram.candidates if c.key == old.key])
+    for one in sorted(shapes, key=lambda one: one.excess):
+        if one.excess / temperature >= least:
+            break
+        if (found := against(search, one, temperature)) < least:
+            best, least = one.last_moved(place), found
+    return best
+
+
+def beside_drawing(search, fit):
+    """(search, fit) that sizes are told by: the effects in the shapes that are likeliest with their machine, and with inertia and gravity
+    near the drawn ones where a drawing is likelier than a first guess."""
+    temperature, found = search.temperature_of(fit), fit
+    for place in range(len(fit.chosen)):
+        found = shaped(search, found, place, temperature)
+    if not fit.chosen or not search.gram.is_drawn(search.columns(found.chosen), temperature):
+        return search, fit
+    near = search.as_drawn(temperature)
+    beside = near.fit(found.chosen)
+    for place, old in enumerate(fit.chosen):
+        if found.chosen[place] is not old:
+            beside = refined(near, beside, place)
+    return (near, beside) if beside.is_physical() else (search, fit)
