@@ -6,7 +6,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 import talus
-from scipy.signal import lfilter
+import yaml
+from scipy.signal import butter, lfilter, sosfiltfilt
 from support import REPOSITORY, run
 from talus.diagnosis import noise
 
@@ -21,9 +22,9 @@ def correlated(memory_s, seconds, seed):
     return lfilter([np.sqrt(1 - keep**2)], [1, -keep], white)
 
 
-def share(series, lag_s=1.0, sign=None):
+def share(series, lag_s=1.0, sign=None, turned=False):
     rows, sign = np.arange(len(series) - PERIOD), np.ones(len(series)) if sign is None else sign
-    found = noise.differences(series, np.ones(len(series), bool), (rows, rows + PERIOD), round(lag_s * RATE_HZ), sign)
+    found = noise.differences(series, np.ones(len(series), bool), (rows, rows + PERIOD), round(lag_s * RATE_HZ), sign, turned)
     return noise.lasting_share([found])
 
 
@@ -38,6 +39,30 @@ def test_a_friction_that_wanders_lasts_in_the_direction_of_motion_alone():
     sign = np.where(np.arange(120 * RATE_HZ) % 70 < 35, 1.0, -1.0)
     wandering = [sign * correlated(3.0, 120, seed) for seed in range(10)]
     assert min(share(one, 0.5, sign) for one in wandering) > 0.3 and max(share(one, 0.5) for one in wandering) == 0.0
+
+
+TO_AND_FRO = np.where(np.arange(120 * RATE_HZ) % 140 < 70, 1.0, -1.0)
+
+
+@pytest.mark.parametrize("memory_s", [0.02, 0.1, 0.6, 3.0])
+def test_no_noise_of_a_sensor_turns_with_the_motion(memory_s):
+    """Whatever its colour: it does not know the direction."""
+    assert [share(correlated(memory_s, 120, seed), noise.TURNED_S, TO_AND_FRO, True) for seed in range(40)].count(0.0) >= 39
+
+
+@pytest.mark.parametrize("lowpass_Hz", [2.0, 8.0])
+def test_nor_does_what_a_low_pass_leaves_of_white_noise(lowpass_Hz):
+    """A filter swings by itself, but not for two of its periods."""
+    lag_s, band = max(noise.TURNED_S, noise.TURNED_PERIODS / lowpass_Hz), butter(4, lowpass_Hz, fs=RATE_HZ, output="sos")
+    filtered = [sosfiltfilt(band, correlated(1e-3, 120, seed)) for seed in range(40)]
+    assert [share(one, lag_s, TO_AND_FRO, True) for one in filtered].count(0.0) >= 39
+
+
+def test_a_friction_that_wanders_within_half_a_second_turns_with_the_motion():
+    """Its memory after a quarter of a second; after half a second, at which noise of any colour is gone, most of it is."""
+    wandering = [TO_AND_FRO * correlated(0.6, 120, seed) for seed in range(10)]
+    found = [share(one, noise.TURNED_S, TO_AND_FRO, True) for one in wandering]
+    assert np.mean(found) == pytest.approx(np.exp(-noise.TURNED_S / 0.6), abs=0.1) and min(found) > 0.4
 
 
 def test_a_torque_that_swings_is_seen_after_half_a_second_or_one():
@@ -155,3 +180,14 @@ def test_a_torque_that_wanders_is_unknown_and_coloured_noise_is_none(tmp_path, m
         np.savetxt(paths[-1], np.column_stack(list(columns.values())), "%.12g", ",", header=",".join(columns), comments="")
     run("talus-gap", "--quiet", "--model", PENDULUM, "--report", tmp_path / "gap.json", *paths)
     assert json.loads((tmp_path / "gap.json").read_text())["verdict"]["effect"] == verdict
+
+
+@pytest.mark.parametrize(("wanders", "verdict"), [(0.3, "unknown"), (0.0, "none")])
+def test_a_friction_that_varies_erratically_is_unknown(wanders, verdict):
+    """By 30 % within 0.6 s, gone after a second."""
+    recording = talus.simulate(talus.read(PENDULUM), duration_s=80, rate_hz=RATE_HZ, encoder_bits=18)
+    columns, joint = dict(recording.columns), yaml.safe_load(PENDULUM.read_text())["joint"]
+    friction_A = joint["friction"]["coulomb_Nm"] / joint["transmission"]["ratio"] / joint["torque_constant_Nm_A"]
+    erratic = correlated(0.6, 82, 5)[:len(columns["time_s"])] * np.tanh(np.gradient(columns["joint_rad"], columns["time_s"]) / 0.05)
+    columns["joint_current_A"] = columns["joint_current_A"] + wanders * friction_A * erratic
+    assert talus.diagnose(PENDULUM, talus.Recording(columns)).verdict["effect"] == verdict

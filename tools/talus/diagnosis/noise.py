@@ -20,6 +20,7 @@ ROWS_AT_A_TIME = 64
 NEAREST_SHARE = 0.25
 FEWEST_PAIRS = 30
 LASTING_S = (0.5, 1.0)  # what is still there after it is no noise of a sensor; what swings is not seen after each of them
+TURNED_S, TURNED_PERIODS = 0.25, 2.0  # what turns with the motion within it is no noise of a sensor; periods of the low-pass, at least
 FEWEST_INSTANTS = 6
 LEAST_STEP = 1e-9  # of an angle's sensor: below it two values are the same but for rounding
 STRAYS = 0.001  # of the differences of neighbouring values: the library's share for a step by changes
@@ -175,13 +176,15 @@ def steady(change, instants, direction):
     return rest if count * (drift @ drift) > LASTS**2 * (rest @ rest) else change
 
 
-def differences(residual, mask, pairs, lag, sign):
+def differences(residual, mask, pairs, lag, sign, turned=False):
     """What differs at pairs of instants (grid rows) with the same state, and `lag` rows later at both, each in the direction `sign`
-    of something that it may be a share of, where that is the same at both; (n, 2)."""
+    of something that it may be a share of, where that is the same at both; (n, 2). `turned`: only where that has turned by then."""
     i, k = (np.asarray(p) for p in pairs)
     inside = np.flatnonzero(np.maximum(i, k) + lag < len(residual))
     i, k = i[inside], k[inside]
     known = mask[i] & mask[k] & mask[i + lag] & mask[k + lag] & (sign[i] == sign[k]) & (sign[i + lag] == sign[k + lag])
+    if turned:
+        known &= sign[i] * sign[i + lag] < 0
     i, k = i[known], k[known]
     now, later = sign[i] * (residual[i] - residual[k]), sign[i + lag] * (residual[i + lag] - residual[k + lag])
     return np.column_stack([now, later]), len(np.unique(i // lag))
