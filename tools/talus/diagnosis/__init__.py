@@ -12,6 +12,7 @@ One file, one subject, in the order in which a diagnosis runs:
     search.py           which effects, up to three
     verdict.py          probabilities, none and unknown
     drawing.py          the effects beside the machine that the model file draws
+    pushes_back.py      a spring that pushes away is none
     figures.py          the gap in the contract's figures
     motion.py           the library's simulation under the recorded torque, against the recorded motion
     tilt_source.py      a tilted bench or an encoder's zero, by a camera

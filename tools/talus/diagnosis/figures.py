@@ -159,10 +159,15 @@ def closes(dataset, before, last, now):
 
 def standard_errors(search, fit):
     """Standard deviation of every strength, by the noise and by what is left beside it; one list a candidate."""
+    return _by_candidate(fit, np.sqrt(np.maximum(np.diag(covariance(search, fit)), 0.0)))
+
+
+def covariance(search, fit):
+    """Of all unknowns of a fit by the same, its strengths last."""
     products = _products(search, fit)
     inverse, scale = _inverse(products)
     variance = search.gram.variance(products, left_of_freedom(search, fit))[:-1, :-1] / np.outer(scale, scale)
-    return _by_candidate(fit, np.sqrt(np.maximum(np.diag(inverse @ variance @ inverse), 0.0)) / scale)
+    return inverse @ variance @ inverse / np.outer(scale, scale)
 
 
 def errors_by_stretch(search, fit):

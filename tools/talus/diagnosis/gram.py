@@ -68,7 +68,7 @@ class Gram:
     def __init__(self, dataset, all_terms, candidates):
         self.dataset, self.all_terms, self.folds = dataset, all_terms, dataset.fold_count
         self.first = dataset.bases + len(dataset.angle_kinds)
-        self.prior_width = self.prior_deviation = dataset.prior_width  # in chi-square's unit, and as it is
+        self.prior_width = self.prior_spread = dataset.prior_width  # in chi-square's unit; for the variance of what it pulls
         self.columns = list(dict.fromkeys(c for candidate in candidates for c in candidate.columns))
         self.place = {column: k for k, column in enumerate(self.columns)}
         shown = {c.kind for c in dataset.channels}  # a planned recording may lack a sensor that another one had
@@ -274,15 +274,15 @@ class Gram:
         """The same products where the file is a drawing. The data's chi-square counts by its `temperature`, so in its unit a drawing is
         so much nearer."""
         near, drawn = copy.copy(self), self.dataset.drawn_width
-        near.prior_deviation = np.where(np.isfinite(drawn), drawn, self.prior_width)
-        near.prior_width = np.where(np.isfinite(drawn), drawn / np.sqrt(temperature), self.prior_width)
+        near.prior_width, near.prior_spread = (np.where(np.isfinite(drawn), drawn / one, self.prior_width)
+                                               for one in (np.sqrt(temperature), temperature))  # fmt: skip
         return near
 
     def variance(self, products, left):
         """Variance of the right side of products(), where the noise is `left` times the one known: that of the data, and of what is
         known before by its own deviation."""
         size = len(products) - 1
-        return left * (products - self._prior(size)) + self._known_to(self.prior_width**2 / self.prior_deviation, size)
+        return left * (products - self._prior(size)) + self._known_to(self.prior_spread, size)
 
     def prior_rows(self, width=None):
         """What is known of the base parameters before: (unknowns, rows) and readings, in chi-square's unit. Far less than

@@ -8,6 +8,7 @@ from . import tilt_source
 from .calibration import further
 from .drawing import shaped
 from .outside.beside import Beyond
+from .pushes_back import may_push_back
 from .calibration.stability import keep_their_size, survives
 from .calibration.thresholds import (
     HALF,
@@ -246,9 +247,9 @@ def in_front(search, fit):
 def at_most(search, fit, one, fixed):
     """How probable one effect of a fit can be, for what the readings alone may gain. Where they leave the inertia unknown the effect
     may stand for that, and must gain more than anything gains in replicates; where most of it is lost, these tell too little. Nor is
-    an effect sure where without any no more than the noise is left."""
+    an effect sure where without any no more than the noise is left, nor a spring that pushes away."""
     calibration = search.calibration
-    if (calibration and calibration.outdone()) or search.is_within_noise():
+    if (calibration and calibration.outdone()) or search.is_within_noise() or not may_push_back(search, fit, one):
         return NEARLY_HALF
     if fixed:
         return 1.0

@@ -43,6 +43,9 @@ class Effect:
     turns_gravity: bool = False
     """Its strength is an angle by which gravity is turned, as an encoder whose zero is off by it would have it."""
 
+    stiffness: Callable | None = None
+    """stiffness(parameters, q) of what pushes back: where that is below 0 over most of the motion it is something else."""
+
     of_load_sensor: bool = False
     """An error of the torque sensor at the output itself."""
 

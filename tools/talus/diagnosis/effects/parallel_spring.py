@@ -57,11 +57,17 @@ def size(p):
     return f"{' '.join([*line, *bent]).removeprefix('+').replace(' +', ' + ').replace(' -', ' - ')} Nm/rad at q rad"
 
 
+def stiffness(p, q):
+    """Of its straight and bent parts; a bumper's is never below 0."""
+    return p.get("stiffness_Nm_rad", 0.0) + sum(p.get(name, 0.0) * power * q**order for order, (name, power, _) in enumerate(BENT, 1))
+
+
 EFFECT = Effect(
     id="parallel_spring",
     words="a spring beside the joint",
     candidates=candidates,
     size=size,
+    stiffness=stiffness,
     coordinates=("position",),
     needs="turned base",
 )
