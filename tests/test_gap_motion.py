@@ -16,7 +16,7 @@ from talus import check, ffi, lib
 os.environ.setdefault("TALUS_BUILD", str(BUILD))
 
 from talus.diagnosis import figures, motion  # noqa: E402
-from talus.diagnosis.physical import physical  # noqa: E402
+from talus.diagnosis.machine.physical import physical  # noqa: E402
 from talus.diagnosis.search import search  # noqa: E402
 from talus.diagnosis.verdict import judge  # noqa: E402
 

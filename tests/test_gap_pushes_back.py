@@ -1,4 +1,4 @@
-"""tools/talus/diagnosis/pushes_back.py: a spring that pushes away is none."""
+"""tools/talus/diagnosis/machine/pushes_back.py: a spring that pushes away is none."""
 
 import numpy as np
 import pytest

@@ -1,11 +1,11 @@
-"""tools/talus/diagnosis/physical.py and refit.py: physical parameters and effects fitted together."""
+"""tools/talus/diagnosis/machine/physical.py and refit.py: physical parameters and effects fitted together."""
 
 import numpy as np
 import pytest
 import talus
 import yaml
 from talus.diagnosis.catalogue.candidate import Family
-from talus.diagnosis.physical import constrained, physical
+from talus.diagnosis.machine.physical import constrained, physical
 from support import REPOSITORY
 
 

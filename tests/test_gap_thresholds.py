@@ -14,6 +14,8 @@ STEERING = {  # what saves time, numerics, or how a page prints it
     "search.py": {"BEAM", "MOST_JOINED", "PROMISING", "REFINED"},
     "verdict.py": {"HOPELESS", "LEAST_PROBABILITY", "CONFUSABLE_ABOVE"},
     "irregular.py": {"VIEWS"},
+    "machine/drawing.py": set(),
+    "machine/pushes_back.py": {"PLACES"},
     "outside/beside.py": {"HOPELESS"},
     "calibration/gains.py": {"PROCESSES", "FEWEST", "MOST", "SURE_BELOW", "SURE_ABOVE"},
     "calibration/stability.py": {"MOST_RIVALS"},

@@ -11,15 +11,13 @@ One file, one subject, in the order in which a diagnosis runs:
     gram.py             normal equations by block, fits and their error on blocks held out
     search.py           which effects, up to three
     verdict.py          probabilities, none and unknown
-    drawing.py          the effects beside the machine that the model file draws
-    pushes_back.py      a spring that pushes away is none
+    machine/            the machine beside the effects: as it is drawn, in physical parameters, with springs that can be
     figures.py          the gap in the contract's figures
     motion.py           the library's simulation under the recorded torque, against the recorded motion
     tilt_source.py      a tilted bench or an encoder's zero, by a camera
     where.py            maps of the systematic residual
     experiment/         what to record next, and its trajectory
     report.py           GAP.json
-    physical.py         from base parameters to physical ones
     refit.py            effects and physical parameters together, for the model file
     fitted.py           the model with its effects
     words.py            the diagnosis in plain words, figures in readable units

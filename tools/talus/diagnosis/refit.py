@@ -5,7 +5,7 @@ import numpy as np
 
 from .effects import torque_constant_error
 from .gram import Gram
-from .physical import constrained
+from .machine.physical import constrained
 from .torque_terms import TorqueTerms
 
 REWEIGHINGS = 4

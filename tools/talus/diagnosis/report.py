@@ -4,7 +4,7 @@ import json
 import math
 
 from . import experiment, figures, motion, tilt_source
-from .drawing import beside_drawing
+from .machine.drawing import beside_drawing
 from .hidden import not_observable
 from .kinds import is_known
 from .nearest import nearest

@@ -7,7 +7,7 @@ import numpy as np
 
 from talus import constants, ffi, lib, pointer
 
-from .physical import physical
+from .machine.physical import physical
 
 TEMPERATURE_WINDOW_S = 2.0  # a gear's temperature changes slower, its sensor's noise faster
 INSTANT = np.dtype([(name, float) for name, _ in ffi.typeof("tl_effect_instant").fields])

@@ -6,9 +6,9 @@ import numpy as np
 
 from . import tilt_source
 from .calibration import further
-from .drawing import shaped
+from .machine.drawing import shaped
 from .outside.beside import Beyond
-from .pushes_back import may_push_back
+from .machine.pushes_back import may_push_back
 from .calibration.stability import keep_their_size, survives
 from .calibration.thresholds import (
     HALF,

@@ -12,10 +12,10 @@ replicates, an excess of so many times the tolerance is as likely `unknown` as `
 and of a further effect, a gain must be worth so many least steps."""
 DEVIATIONS = 2.0
 """Of the gain over blocks, which one block alone must not carry; and widths above the replicates' gains: what gains less would
-lie among them in every twentieth recording. Of a strength through another low-pass: a law moves no farther."""
+lie among them in every twentieth recording. Of a strength through another low-pass: a law moves no farther. Of a stiffness: a spring's is not so far below 0."""
 MISFIT = 0.6  # of the logarithm: how far gains of simulated replicates are off those of recordings with nothing hidden
 RANGE = math.log(1000.0)  # of an effect's gain over the least that shows, before the data
-LASTS = 3.5  # standard errors of what lasts for a second, from nothing: by chance in one of 700 recordings, of six looks at each
+LASTS = 3.5  # standard errors of what lasts, from nothing: by chance in one of 500 recordings, of eight looks at each
 
 # ---- this effect, or another, or none of the catalogue -------------------------------------
 
@@ -25,7 +25,7 @@ HALF = 0.5
 closes: then it is as likely. Of the replicates' width: so near to their largest gain the readings alone may have done it. Of the
 inertia: where the sensors take more than they leave, no cause is sure; and where the model leaves more than half of the torque as well, no
 verdict is. Of what a drive's law tells: what a replicate must show of it. Of the
-noise: where a model leaves less, it was motion."""
+noise: where a model leaves less, it was motion. Of the range: where a spring pushes away over more, it is none."""
 NEARLY_HALF = 0.45
 """Of what stands open, that a further effect must close: an approximate form of the first one leaves what a wrong second one fits. Of
 probabilities, at most: of what another low-pass does not show, or the sensors may have done."""

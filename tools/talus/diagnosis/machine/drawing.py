@@ -1,7 +1,7 @@
 """Effects beside the machine that the model file draws. A line less gravity's sine is a cube: beside a gravity that is free a spring of
 another form does as well, and its size says little."""
 
-from .shapes import refined
+from ..shapes import refined
 
 
 def against(search, fit, temperature):

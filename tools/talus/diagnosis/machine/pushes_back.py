@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from .calibration.thresholds import DEVIATIONS, HALF
+from ..calibration.thresholds import DEVIATIONS, HALF
 from .drawing import beside_drawing
-from .figures import covariance
+from ..figures import covariance
 
 PLACES = 21  # over the range of the motion
 
