@@ -57,6 +57,13 @@ def test_what_another_low_pass_does_not_show_is_doubted(judged):
     assert judged([1.0, 0.0]).further == {GIVEN.key: pytest.approx(1.0)}
 
 
+@pytest.mark.parametrize("no_cause", ["none", "unknown"])
+def test_a_further_effect_is_no_surer_than_that_there_is_any(no_cause):
+    """A report gives it the share of what some effect has."""
+    found = verdict.Verdict([(0.45, "backlash", "joint"), (0.05, "elasticity", "joint"), (0.5, no_cause, "none")], fit_of([FIRST]), 0.2)
+    assert found.known == pytest.approx(0.5)
+
+
 def test_behind_what_replicates_gain_as_well_another_effect_may_stand():
     likely_nothing = {GIVEN.key: 0.9, RIVAL.key: 0.1}
     search = SimpleNamespace(nothing=lambda before, fit: likely_nothing[fit.chosen[-1].key])

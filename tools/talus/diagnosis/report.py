@@ -71,6 +71,8 @@ def diagnosis(search, verdict, seed, findings, through):
     report["effects"] = [{name: item[name] for name in order} for item in listed]
     if source := tilt_source.of(near, fit):
         report["effects"][tilt_source.place_of(near, fit)]["source"] = source
+    if near is not search:
+        search.gram.keep([])  # its rows are the other's, too, which gives them up when it has done
     found = Diagnosis(report, near, fit, before, after, maps, maps_after)
     found.trajectory = proposal.text
     return found

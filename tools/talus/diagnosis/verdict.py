@@ -60,8 +60,8 @@ class Verdict:
 
     @property
     def known(self):
-        """Probability that what the catalogue has explains the recordings."""
-        return 1.0 - sum(p for p, effect, _ in self.probabilities if effect == "unknown")
+        """Probability that some effect of the catalogue is there: not that nothing is, nor something else."""
+        return 1.0 - sum(p for p, effect, _ in self.probabilities if effect in ("none", "unknown"))
 
     def confusable(self):
         """Groups of (effects, joint, probability ratio) that this data does not tell apart."""

@@ -3,8 +3,8 @@
 import numpy as np
 
 from ..calibration.thresholds import DEVIATIONS, HALF
-from .drawing import beside_drawing
 from ..figures import covariance
+from .drawing import beside_drawing
 
 PLACES = 21  # over the range of the motion
 
