@@ -125,6 +125,9 @@ def test_a_cause_that_fits_as_well_and_leaves_the_machine_as_it_is_drawn(mine, t
     assert [candidate.key for _, candidate in found.instead()] == ([("hose", "joint")] if likely else [])
     assert found.by_drawing == bool(likely)
     found.add_to(SimpleNamespace(further={}, known=1.0))  # it stands beside nothing
+    worse = beyond(fit(112.0, "spring"), None, alone=[fit(excess, "hose")], off_drawing=lambda one, temperature: off[one.chosen[0].key[0]])
+    odds = found.probability / max(1 - found.probability, 1e-12)  # what the effect leaves above the floor counts as well
+    assert likely in (0.0, 1.0) or worse.probability == pytest.approx(odds * math.exp(6.0) / (1 + odds * math.exp(6.0)), rel=1e-6)
     assert beyond(fit(-50.0), None, alone=[fit(excess, "hose")], off_drawing=None).probability == 0.0
 
 

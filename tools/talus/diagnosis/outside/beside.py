@@ -39,14 +39,18 @@ class Beyond:
 
     def _weigh_drawing(self):
         """A cause that explains the recordings as well as the effects do, and leaves the machine the one of the model file where these
-        need another: by how much, over what one of so many causes has by chance."""
+        need another: by how much, with what both leave above what reconstruction does, over what one of so many causes has by chance."""
         search, least = self.search, max(self.search.detection_threshold, sum(self.search.floor_of.values()))
         near = [one for one in search.outside_alone if self.fit.chosen and one.excess < max(self.fit.excess, least)]
         if not near:
             return
         temperature = search.temperature_of(self.fit)
-        nearest, one = min(((search.off_drawing(one, temperature), one) for one in near), key=lambda pair: pair[0])
-        against = search.off_drawing(self.fit, temperature) - nearest - search.chance
+
+        def weight(one):
+            return max(one.excess, least) / temperature + search.off_drawing(one, temperature)
+
+        nearest, one = min(((weight(one), one) for one in near), key=lambda pair: pair[0])
+        against = weight(self.fit) - nearest - search.chance
         probability = 1.0 / (1.0 + math.exp(min(-0.5 * against, HOPELESS)))
         if probability > self.probability:
             self.probability, self.first, self.by_drawing = probability, one.chosen[0], True
