@@ -26,6 +26,7 @@ LOOP_HZ = 3.0
 PENDULUM, LEG, SLIDER = (REPOSITORY / f"models/{plant}.yaml" for plant in ("pendulum", "leg", "slider"))
 KEY = ("stribeck", "joint")
 CHANCE = 8.0
+ONE, WITH_EFFECTS = SimpleNamespace(key=KEY, effect=KEY[0]), SimpleNamespace(effects=EFFECTS)
 
 
 def bench(folder, model, *options):
@@ -158,7 +159,7 @@ def test_an_effect_is_doubted_where_the_replicates_gain_nearly_as_much_by_anothe
     monkeypatch.setattr(verdict, "first_judgement", lambda search, fit, sound: verdict.Verdict(surely, fit, 0.1))
     for own, doubted in ((3300.0, True), (4500.0, True), (40_000.0, False)):
         found = Calibration({KEY: 2800.0, other: own}, [{other: gain} for gain in nulls], {"T0": 0.0}, CHANCE)
-        judged = verdict.judge(SimpleNamespace(calibration=found, is_within_noise=lambda: False), SimpleNamespace(chosen=[SimpleNamespace(key=KEY)]))
+        judged = verdict.judge(SimpleNamespace(calibration=found, is_within_noise=lambda: False, dataset=WITH_EFFECTS), SimpleNamespace(chosen=[ONE]))
         assert found.nothing(KEY, 2800.0) < 0.01 and found.outdone() == doubted
         assert judged.effect == KEY[0] and judged.probabilities[0][0] == pytest.approx(thresholds.NEARLY_HALF if doubted else 0.99)
 
@@ -166,11 +167,11 @@ def test_an_effect_is_doubted_where_the_replicates_gain_nearly_as_much_by_anothe
 def test_where_the_inertia_is_not_known_an_effect_must_gain_more_than_anything_in_replicates():
     other = ("elasticity", "joint")
     calibration = Calibration({KEY: 9e4, other: 500.0}, [{other: gain} for gain in (400.0, 500.0, 450.0)], {"T0": 0.0}, 16.0)
-    one = SimpleNamespace(key=KEY)
 
     def at_most(gain, fixed, within=False):
-        search = SimpleNamespace(calibration=calibration, fit=lambda chosen: SimpleNamespace(excess=gain), is_within_noise=lambda: within)
-        return verdict.at_most(search, SimpleNamespace(chosen=[one], excess=0.0), one, fixed)
+        search = SimpleNamespace(calibration=calibration, fit=lambda chosen: SimpleNamespace(excess=gain), is_within_noise=lambda: within,
+                                 dataset=WITH_EFFECTS)  # fmt: skip
+        return verdict.at_most(search, SimpleNamespace(chosen=[ONE], excess=0.0), ONE, fixed)
 
     assert at_most(600.0, fixed=True) == 1.0
     assert at_most(9e4, fixed=True, within=True) == thresholds.NEARLY_HALF  # the model without it leaves no more than the noise

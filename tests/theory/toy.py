@@ -104,7 +104,7 @@ class ToyDataset(Dataset):
 
     def __init__(self, problem, reading):
         self.problem, self.candidates = problem, problem.candidates
-        self.effects = {c.effect: SimpleNamespace(several=False, integrated=False, outside=False) for c in problem.candidates}
+        self.effects = {c.effect: SimpleNamespace(several=False, integrated=False, outside=False, stiffness=None) for c in problem.candidates}
         self.at_motor, self.joints, self.bases = False, 2, len(BASE_NM)  # another joint shows nothing
         self.model = SimpleNamespace(joints=["joint", "other"], torque_unit="Nm")
         self.prior, self.prior_width, self.identified = BASE_NM, PRIOR_WIDTH * BASE_NM, BASE_NM
