@@ -22,10 +22,17 @@ def shaped(search, fit, place, temperature):
     return best
 
 
+def of_torques(search, fit):
+    """Likelihood temperature of the torques alone, which tell inertia and gravity: a fine encoder's gap can be a million times theirs."""
+    plain, mine = search.held_out_excess([]), search.held_out_excess(fit.chosen)
+    torques = [kind for kind in search.dataset.kinds if kind[0] == "T"]
+    return search.temperature(sum(mine[k] - search.tolerated_of[k] for k in torques), sum(plain[k] for k in torques))
+
+
 def beside_drawing(search, fit):
     """(search, fit) that sizes are told by: the effects in the shapes that are likeliest with their machine, and with inertia and gravity
     near the drawn ones where a drawing is likelier than a first guess."""
-    temperature, found = search.temperature_of(fit), fit
+    temperature, found = of_torques(search, fit), fit
     for place in range(len(fit.chosen)):
         found = shaped(search, found, place, temperature)
     if not fit.chosen or not search.gram.is_drawn(search.columns(found.chosen), temperature):
