@@ -2,6 +2,7 @@
 
 import functools
 import re
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -13,6 +14,7 @@ from talus.diagnosis import figures, gate
 from talus.diagnosis.calibration import lowpass
 from talus.diagnosis.calibration.thresholds import PART
 from talus.diagnosis.dataset import drawn_width
+from talus.diagnosis.machine.drawing import of_torques
 from talus.diagnosis.motion import has_inertia
 from talus.diagnosis.search import Search, machine_bases, plain_base
 
@@ -133,6 +135,15 @@ def test_a_spring_stiffer_than_the_mass_is_named(stiffness_N_m):
     (effect,) = found.effects
     assert effect["effect"] == "parallel_spring" and effect["probability"] > 0.9
     assert effect["parameters"]["stiffness_Nm_rad"] == pytest.approx(stiffness_N_m, rel=0.01)
+
+
+def test_a_fine_encoders_gap_does_not_make_the_drawing_count_for_more():
+    """Torques tell inertia and gravity; a form's error that an encoder sees a million times better says nothing of them."""
+    left = {True: {"T0": 500.0, "T1": 300.0, "E": 1e9}, False: {"T0": 50.0, "T1": 30.0, "E": 1e5}}
+    search = SimpleNamespace(dataset=SimpleNamespace(kinds=["E", "T0", "T1"]), tolerated_of={"T0": 10.0, "T1": 10.0, "E": 10.0}, chance=14.0,
+                             held_out_excess=lambda chosen: left[not chosen])  # fmt: skip
+    search.temperature = lambda *about: Search.temperature(search, *about)
+    assert of_torques(search, SimpleNamespace(chosen=["one"])) == pytest.approx(14.0 + 0.1 * 60.0 + 0.02**2 * 800.0)
 
 
 PENDULUM = REPOSITORY / "models/pendulum.yaml"

@@ -1,12 +1,14 @@
 """Effects beside the machine that the model file draws. A line less gravity's sine is a cube: beside a gravity that is free a spring of
 another form does as well, and its size says little."""
 
+import math
+
 from ..shapes import refined
 
 
-def against(search, fit, temperature):
-    """Twice the logarithm of how unlikely a fit is: what it leaves, and a machine that is not the model file's."""
-    return fit.excess / temperature + search.off_drawing(fit, temperature)
+def against(search, fit, temperature, least=-math.inf):
+    """Twice the logarithm of how unlikely a fit is: what it leaves, `least` or more, and a machine that is not the model file's."""
+    return max(fit.excess, least) / temperature + search.off_drawing(fit, temperature)
 
 
 def shaped(search, fit, place, temperature):

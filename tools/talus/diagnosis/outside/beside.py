@@ -3,6 +3,7 @@
 import math
 
 from ..calibration.thresholds import HALF, LOGIT_WIDTH, NEARLY_HALF
+from ..machine.drawing import against
 
 HOPELESS = 60.0  # twice the logarithm of the odds: what has so much against it
 
@@ -45,13 +46,9 @@ class Beyond:
         if not near:
             return
         temperature = search.temperature_of(self.fit)
-
-        def weight(one):
-            return max(one.excess, least) / temperature + search.off_drawing(one, temperature)
-
-        nearest, one = min(((weight(one), one) for one in near), key=lambda pair: pair[0])
-        against = weight(self.fit) - nearest - search.chance
-        probability = 1.0 / (1.0 + math.exp(min(-0.5 * against, HOPELESS)))
+        nearest, one = min(((against(search, one, temperature, least), one) for one in near), key=lambda pair: pair[0])
+        more = against(search, self.fit, temperature, least) - nearest - search.chance
+        probability = 1.0 / (1.0 + math.exp(min(-0.5 * more, HOPELESS)))
         if probability > self.probability:
             self.probability, self.first, self.by_drawing = probability, one.chosen[0], True
 
