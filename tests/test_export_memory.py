@@ -8,6 +8,7 @@ import random
 import resource
 import subprocess
 import sys
+import time
 
 import numpy as np
 import pytest
@@ -192,12 +193,17 @@ def test_memory_does_not_grow_with_the_record(tmp_path, frames):
 
 @pytest.mark.long
 def test_memory_of_a_large_record(tmp_path, frames):
-    """A gigabyte of text, or TALUS_EXPORT_MB, in 60 s of processor time for each gigabyte; talus-acquire info in ten."""
+    """A gigabyte of text, or TALUS_EXPORT_MB: memory stays, and processor time grows with the text and no faster.
+
+    How fast that is, tools/bench/exporting.py shows.
+    """
     log, turns = tmp_path / "large.log", round(int(os.environ.get("TALUS_EXPORT_MB", "1000")) / MB_EACH)
+    write_long(log, frames, turns // 10)
+    _, tenth_s, _ = measured(tmp_path, log, 1)
     write_long(log, frames, turns)
     mb, seconds, _ = measured(tmp_path, log, 1)
-    print(f"{log.stat().st_size / 1e6:.0f} MB: at most {mb:.1f} MB in memory, {seconds:.1f} s of processor time")
-    gigabytes, began_s = log.stat().st_size / 1e9, children_s()
+    print(f"{log.stat().st_size / 1e6:.0f} MB: at most {mb:.1f} MB in memory, {seconds:.1f} s of processor time, {tenth_s:.1f} s for a tenth")
+    began_s = children_s()
     run("talus-acquire", "info", log)
     info_s = children_s() - began_s
     print(f"talus-acquire info: {info_s:.1f} s of processor time")
@@ -206,22 +212,32 @@ def test_memory_of_a_large_record(tmp_path, frames):
     lost = sum(one["count"] for one in told["faults"] if one["kind"] == "lost")
     assert told["rows"] + told["left_out"] == 10_000 * turns and lost > turns
     (tmp_path / "out.csv").unlink()
-    assert mb < MOST_MB and seconds < 2 + 60 * gigabytes and info_s < 1 + 10 * gigabytes
+    assert mb < MOST_MB and seconds < 25 * tenth_s and info_s < seconds / 5
 
 
 @pytest.mark.long
 @pytest.mark.alone
 def test_a_gigabyte_of_nothing(tmp_path):
-    """1 GiB of NUL in some megabytes of gzip: one line that says what it is not, in little memory and 10 s of processor time."""
+    """1 GiB of NUL in some megabytes of gzip: one line that says what it is not, in little memory; most of the time unpacks."""
     with gzip.open(tmp_path / "bomb.log.gz", "wb", compresslevel=1) as file:
         for _ in range(1024):
             file.write(bytes(1 << 20))
     packed = (tmp_path / "bomb.log.gz").stat().st_size
     assert packed < 6e6
     mb, seconds, said = measured(tmp_path, tmp_path / "bomb.log.gz", 2)
-    print(f"1 GiB of NUL in {packed / 1e6:.1f} MB: at most {mb:.1f} MB in memory, {seconds:.1f} s of processor time: {said}")
-    assert mb < MOST_MB and seconds < 10
+    unpacking_s = time_to_unpack(tmp_path / "bomb.log.gz")
+    print(f"1 GiB of NUL in {packed / 1e6:.1f} MB: at most {mb:.1f} MB in memory, {seconds:.1f} s of processor time, {unpacking_s:.1f} s to unpack: {said}")
+    assert mb < MOST_MB and seconds < 10 * unpacking_s
     assert len(said.splitlines()) == 1 and "bomb.log.gz" in said and not (tmp_path / "out.csv").exists()
+
+
+def time_to_unpack(path):
+    """Processor time to read it with Python's gzip [s]."""
+    began_s = time.process_time()
+    with gzip.open(path) as file:
+        while file.read(1 << 20):
+            pass
+    return time.process_time() - began_s
 
 
 def test_nothing_of_an_export_stays_in_the_process(tmp_path, frames):
