@@ -404,7 +404,7 @@ def test_longer_windows_are_said_and_the_option_that_identifies_with_them(tmp_pa
     report, page = tmp_path / "gap.json", tmp_path / "gap.html"
     done = run("talus-gap", "--quiet", "--model", PENDULUM, "--report", report, "--html", page, "--quick", path)
     grown = json.loads(report.read_text())["lowpass"]["window_hz"]
-    assert f"`--lowpass {grown:.3g}`" in done.stderr and "shorter ones lose more of the inertia" in page.read_text()
+    assert f"`--lowpass {grown:.3g}`" in done.stderr and "shorter ones lose more to steps and noise" in page.read_text()
     fine = diagnosed(tmp_path, PENDULUM, bench(tmp_path, PENDULUM, "--duration", "20", "--encoder-bits", "20"), "--quick")
     assert fine["lowpass"]["window_hz"] is None
 

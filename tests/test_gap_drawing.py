@@ -16,6 +16,7 @@ from talus.diagnosis.calibration.thresholds import PART
 from talus.diagnosis.dataset import drawn_width
 from talus.diagnosis.machine.drawing import of_torques
 from talus.diagnosis.motion import has_inertia
+from talus.diagnosis.refit import Rows
 from talus.diagnosis.search import Search, machine_bases, plain_base
 
 LEG, SLIDER = REPOSITORY / "models/leg_cad.yaml", REPOSITORY / "models/slider.yaml"
@@ -73,6 +74,18 @@ def test_a_file_is_a_drawing_or_a_first_guess(search, monkeypatch, cost):
     want = np.logaddexp(drawing, guess) - np.logaddexp(drawing - 0.5 * cost, guess)
     assert search.gram.off_drawing([], 1.0) == pytest.approx(2 * want, abs=1e-9)
     assert search.gram.is_drawn([], 1.0) == (drawing - 0.5 * cost > guess)
+
+
+@pytest.mark.parametrize("weight", [0.3, 4.0])
+def test_a_drawing_counts_as_much_in_any_unit_of_the_noise(search, weight):
+    """What is fitted does not depend on the unit in which all chi-squares are counted, nor what is saved; to the ridge under what the leg does
+    not tell apart."""
+    near, chosen = search.as_drawn(40.0), [search.gram.candidates[0]]
+    rows, every = Rows(near, chosen), np.full(len(near.gram.layouts), weight)
+    strengths = near.gram.fold_strengths(near.columns(chosen))
+    assert near.gram.fold_strengths(near.columns(chosen), every) == pytest.approx(strengths, rel=1e-6, abs=1e-12)
+    assert rows.solve(every) == pytest.approx(rows.solve(np.ones(len(every))), rel=1e-4)
+    assert search.gram.fold_strengths(near.columns(chosen)) != pytest.approx(strengths, rel=1e-3)
 
 
 def test_errors_beside_a_drawing_are_those_of_noise_and_of_the_drawing(search):

@@ -1,6 +1,7 @@
 """talus-gap: the command line."""
 
 import contextlib
+import functools
 import json
 import os
 import subprocess
@@ -16,6 +17,7 @@ from talus.refused import Refused
 
 from . import experiment, fitted, gate, picture, report, tilt_source, words
 from .calibration import lowpass
+from .calibration.slower import look_again
 from .catalogue.own import entries
 from .effects import EFFECTS
 from .gate import excerpt
@@ -233,16 +235,31 @@ def diagnose(options, step, own=()):
     through, dataset = looks.first(options.lowpass_hz, seed)
     if through.nothing_left:
         return report.withheld(identification, [lowpass.too_coarse(model, through), *findings]), tree, model
+    look = functools.partial(judged, options, looks, model, step)
+    first = through
+    through, finished, verdict = look_again(look(through, dataset), looks.slower(through, seed), look)
     if through.window_hz:
-        say(f"{NAME}: note: windows as short as the model file's low-pass asks for lose the {lowpass.inertia_of(model)}; longer ones were taken "
+        say(f"{NAME}: note: {windows_in_words(model, first, through)}; longer ones were taken "
             f"(`--lowpass {through.window_hz:.3g}` identifies with them, too)")  # fmt: skip
+    step("maps")
+    return report.diagnosis(finished, verdict, seed, findings, through), tree, model
+
+
+def judged(options, looks, model, step, through, dataset):
+    """(Lowpass, search, verdict) of the recordings through it."""
     dataset.inertia_kept = 1.0 + (through.bias or 0.0)
-    finished, fit = search(dataset, list(model.base.values()), step, seed, replicated=not options.quick)
+    finished, fit = search(dataset, list(model.base.values()), step, int(options.seed), replicated=not options.quick)
     step("another low-pass")
     finished.camera_zero_rad = options.camera_zero_rad
     verdict = judge(finished, fit, None if options.quick else looks.other_than(through), looks.around(through), through.fixes_inertia)
-    step("maps")
-    return report.diagnosis(finished, verdict, seed, findings, through), tree, model
+    return through, finished, verdict
+
+
+def windows_in_words(model, first, through):
+    """Why windows are longer than the model file's."""
+    if through is not first:
+        return f"through {first.hz:.3g} Hz steps and noise of the angles hide what the machine does"
+    return f"windows as short as the model file's low-pass asks for lose the {lowpass.inertia_of(model)}"
 
 
 def run(arguments):

@@ -69,6 +69,7 @@ class Gram:
         self.dataset, self.all_terms, self.folds = dataset, all_terms, dataset.fold_count
         self.first = dataset.bases + len(dataset.angle_kinds)
         self.prior_width = self.prior_spread = dataset.prior_width  # in chi-square's unit; for the variance of what it pulls
+        self.drawn = False  # is the model file taken for a drawing?
         self.columns = list(dict.fromkeys(c for candidate in candidates for c in candidate.columns))
         self.place = {column: k for k, column in enumerate(self.columns)}
         shown = {c.kind for c in dataset.channels}  # a planned recording may lack a sensor that another one had
@@ -274,9 +275,18 @@ class Gram:
         """The same products where the file is a drawing. The data's chi-square counts by its `temperature`, so in its unit a drawing is
         so much nearer."""
         near, drawn = copy.copy(self), self.dataset.drawn_width
+        near.drawn = True
         near.prior_width, near.prior_spread = (np.where(np.isfinite(drawn), drawn / one, self.prior_width)
                                                for one in (np.sqrt(temperature), temperature))  # fmt: skip
         return near
+
+    def prior_share(self, weights):
+        """By how much less a drawing counts where each kind of channel counts by a weight: by as much less as the torques' chi-square, whose
+        temperature it has."""
+        if not self.drawn:
+            return 1.0
+        rows, times = zip(*((layout.rows, w**-2) for layout, w in zip(self.layouts, weights, strict=True) if layout.kind[0] == "T"))
+        return sum(rows) / float(np.dot(rows, times))
 
     def variance(self, products, left):
         """Variance of the right side of products(), where the noise is `left` times the one known: that of the data, and of what is
@@ -361,8 +371,8 @@ class Gram:
         """Strengths of the fit that left out each fold, and of the fit to everything: (folds + 1, base + columns).
         Base columns that the data cannot see are 0. `weights`: of each layout; None: 1."""
         gram = self._gram(columns, weights)
-        total = gram.sum(0)
-        found = solve(np.concatenate([total - gram, total[None]]) + self._prior(len(total) - 1))
+        total, share = gram.sum(0), 1.0 if weights is None else self.prior_share(weights)
+        found = solve(np.concatenate([total - gram, total[None]]) + share * self._prior(len(total) - 1))
         out = np.zeros((len(found), self.first + len(columns)))
         out[:, self.base] = found[:, :len(self.base)]
         out[:, self.first:] = found[:, len(self.base):]

@@ -24,13 +24,15 @@ class Rows:
         self.parts = [(np.concatenate([plain[:-1], *own]), plain[-1])
                       for plain, *own in zip(search.gram.plain, *every)]  # fmt: skip
         known, self.prior_reading = search.gram.prior_rows()
+        self.prior_share = search.gram.prior_share
         self.prior = np.vstack([known, np.zeros((len(self.parts[0][0]) - len(known), known.shape[1]))])
         self.norm = np.sqrt(sum((rows**2).sum(1) for rows, _ in self.parts))
         self.used = np.flatnonzero(self.norm > 0)
 
     def solve(self, weights):
         """The unknowns that fit best (0 where nothing tells), with a weight for each kind."""
-        gram, right = self.prior @ self.prior.T, self.prior @ self.prior_reading
+        share = self.prior_share(weights)
+        gram, right = share * self.prior @ self.prior.T, share * self.prior @ self.prior_reading
         for (rows, reading), w in zip(self.parts, weights):
             gram, right = gram + w * w * rows @ rows.T, right + w * w * rows @ reading
         gram, right = gram[np.ix_(self.used, self.used)], right[self.used]
@@ -99,7 +101,7 @@ class Anew:
         self.dataset = search.dataset
         self.all_terms = [TorqueTerms(self.dataset, record, base, excess) for record in range(len(self.dataset.processed_recordings))]
         self.gram = Gram(self.dataset, self.all_terms, chosen)
-        self.gram.prior_width = search.gram.prior_width
+        self.gram.prior_width, self.gram.drawn = search.gram.prior_width, search.gram.drawn
 
 
 def settled_fit(search, chosen, model):
@@ -126,7 +128,7 @@ def joint_fit(search, chosen, model):
     bases = len(model.base)
     used = np.union1d(np.arange(bases), rows.used)
     weights, best, _ = rows.settle()
-    every = [rows.prior[used], *(w * part[used] for (part, _), w in zip(rows.parts, weights))]
+    every = [np.sqrt(rows.prior_share(weights)) * rows.prior[used], *(w * part[used] for (part, _), w in zip(rows.parts, weights))]
     root = np.linalg.qr(np.hstack(every).T, mode="r")
     free = np.full(search.gram.first - bases, np.inf)
     low, high = (np.concatenate([sign * free, *(limits(c, side) for c in chosen)]) for sign, side in ((-1, 0), (1, 1)))

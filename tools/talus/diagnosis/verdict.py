@@ -59,6 +59,11 @@ class Verdict:
         return self.probabilities[0][2]
 
     @property
+    def names_a_cause(self):
+        """Is an effect likelier than everything else together?"""
+        return self.effect not in ("none", "unknown") and self.probabilities[0][0] >= HALF
+
+    @property
     def known(self):
         """Probability that some effect of the catalogue is there: not that nothing is, nor something else."""
         return 1.0 - sum(p for p, effect, _ in self.probabilities if effect in ("none", "unknown"))

@@ -207,6 +207,16 @@ class Looks:
         self.window_hz = other.hz
         return replace(other, window_hz=other.hz), its_dataset
 
+    def slower(self, through, seed):
+        """(Lowpass, dataset) through one slower low-pass after the other, the motion's windows as long as each asks, where the data chose
+        the first."""
+        hz = through.hz / STEP
+        while through.source == "data" and hz >= SLOWEST_HZ:
+            self.window_hz = hz
+            found, dataset = self._from_data(seed, hz)
+            yield replace(found, window_hz=hz), dataset
+            hz /= STEP
+
     def around(self, through):
         """What makes the datasets at half and at twice of a Lowpass that has no `other_hz`; nothing for another."""
         return [functools.partial(self.at, times * through.hz) for times in (0.5, 2.0)] if not through.other_hz else []

@@ -184,7 +184,7 @@ def _calibration(report):
     bias = report["lowpass"]["inertia_bias"]
     seen += "." if bias is None else f"; there the sensors alone put the inertia {100 * bias:+.1f} % off."
     if report["lowpass"]["window_hz"]:
-        seen += " The motion is differentiated over windows of one period of that; shorter ones lose more of the inertia."
+        seen += " The motion is differentiated over windows of one period of that; shorter ones lose more to steps and noise of the angles."
     if bias is not None and abs(bias) > GIVES_UP:
         seen += " That is so much that an effect may stand for it: one counts only for what it gains beyond anything in replicates."
     other_hz = Lowpass(report["lowpass"]["hz"], report["lowpass"]["from"]).other_hz

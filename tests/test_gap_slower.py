@@ -1,0 +1,79 @@
+"""tools/talus/diagnosis/calibration/slower.py: a second look where what the readings do hides what the machine does."""
+
+import json
+from types import SimpleNamespace
+
+import pytest
+from support import run
+from talus.blind import cases
+from talus.diagnosis.calibration import lowpass
+from talus.diagnosis.calibration.slower import hidden_by_readings, look_again
+from talus.diagnosis.verdict import Verdict
+
+THRESHOLD = 30.0
+NONE, CAUSE = [(0.99, "none", "none")], [(0.9, "cogging", "joint"), (0.1, "none", "none")]
+DOUBTED = [(0.45, "cogging", "joint"), (0.3, "unknown", "none"), (0.25, "none", "none")]
+UNKNOWN = [(0.8, "unknown", "none"), (0.2, "none", "none")]
+
+
+def look(outdone, probabilities, by_nothing=1000.0, stable=None, hz=10.0):
+    """(low-pass, search, verdict) as a look has them."""
+    calibration = SimpleNamespace(outdone=lambda: outdone, most_by_nothing=lambda: by_nothing)
+    verdict = Verdict(probabilities, None, 0.0)
+    verdict.stable = stable
+    return hz, SimpleNamespace(calibration=calibration, detection_threshold=THRESHOLD), verdict
+
+
+@pytest.mark.parametrize(("found", "hidden"), [
+    (look(True, NONE), True), (look(True, DOUBTED), True), (look(True, UNKNOWN), False), (look(True, CAUSE), False),
+    (look(False, NONE), False), (look(True, NONE, by_nothing=5.0), False)])  # fmt: skip
+def test_what_hides_the_machine(found, hidden):
+    """Replicates that gain as much as the recordings, and something; a gap of an unknown cause stands above them anyhow."""
+    assert hidden_by_readings(*found[1:]) is hidden
+
+
+def test_without_replicates_there_is_one_look():
+    _, search, verdict = look(True, NONE)
+    search.calibration = None
+    assert not hidden_by_readings(search, verdict)
+
+
+FIRST = look(True, NONE, hz=30.0)
+
+
+@pytest.mark.parametrize(("first", "others", "taken"), [
+    (FIRST, [look(True, NONE), look(False, CAUSE, stable=True)], 1),  # the first that the readings do not outdo
+    (FIRST, [look(False, CAUSE, stable=False), look(False, CAUSE, stable=True)], 1),  # and that another low-pass shows as well
+    (FIRST, [look(False, NONE), look(False, CAUSE)], None),  # nothing is there: it is not looked for until something is
+    (FIRST, [look(False, DOUBTED)], None),
+    (FIRST, [look(False, UNKNOWN)], None),
+    (FIRST, [look(True, CAUSE)], None),
+    (FIRST, [], None),
+    (look(False, NONE), [look(False, CAUSE)], None),
+])  # fmt: skip
+def test_the_look_that_is_taken(first, others, taken):
+    assert look_again(first, ((number, None) for number in range(len(others))), lambda number, _: others[number]) is (
+        first if taken is None else others[taken])  # fmt: skip
+
+
+@pytest.mark.parametrize(("source", "tried"), [("data", [20.0, 40 / 3, 80 / 9, 160 / 27]), ("option", []), ("model", [])])
+def test_each_is_slower_by_half_and_its_windows_are_as_long(monkeypatch, source, tried):
+    """Down to 5 Hz, and only where nobody has chosen."""
+    looks = lowpass.Looks(SimpleNamespace(score=SimpleNamespace(lowpass_hz=30.0)), [], [], {}, [], {})
+    monkeypatch.setattr(lowpass.Looks, "_from_data", lambda self, seed, hz: (lowpass.Lowpass(hz, "data", 0.01), self.window_hz))
+    found = list(looks.slower(lowpass.Lowpass(30.0, source), 1))
+    assert [through.hz for through, _ in found] == pytest.approx(tried)
+    assert all(through.window_hz == through.hz == window for through, window in found)
+
+
+@pytest.mark.long
+def test_a_drift_behind_coarse_steps_is_named_and_its_low_pass_is_said(tmp_path):
+    """Friction that falls by a third, recorded at 14 bits and 100 samples a second by the other simulator; without it nothing is named."""
+    cases.make(811, 31, mix=cases.MIX, folder=tmp_path, protocol="wide")
+    report, page = tmp_path / "gap.json", tmp_path / "gap.html"
+    case = next(tmp_path.glob("**/model.yaml")).parent
+    done = run("talus-gap", "--quiet", "--model", case / "model.yaml", "--report", report, "--html", page, *sorted(case.glob("train*")))
+    found = json.loads(report.read_text())
+    assert found["verdict"]["effect"] == "friction_drift" and found["verdict"]["probability"] > 0.9
+    assert found["lowpass"]["hz"] == found["lowpass"]["window_hz"] < 10 and found["lowpass"]["from"] == "data"
+    assert "steps and noise of the angles hide what the machine does" in done.stderr and "over windows of one period" in page.read_text()
