@@ -17,7 +17,7 @@ from talus.refused import Refused
 
 from . import experiment, fitted, gate, picture, report, tilt_source, words
 from .calibration import lowpass
-from .calibration.slower import look_again
+from .calibration.longer_windows import look_again
 from .catalogue.own import entries
 from .effects import EFFECTS
 from .gate import excerpt
@@ -237,7 +237,7 @@ def diagnose(options, step, own=()):
         return report.withheld(identification, [lowpass.too_coarse(model, through), *findings]), tree, model
     look = functools.partial(judged, options, looks, model, step)
     first = through
-    through, finished, verdict = look_again(look(through, dataset), looks.slower(through, seed), look)
+    through, finished, verdict = look_again(look(through, dataset), looks.with_windows(through, seed), look)
     if through.window_hz:
         say(f"{NAME}: note: {windows_in_words(model, first, through)}; longer ones were taken "
             f"(`--lowpass {through.window_hz:.3g}` identifies with them, too)")  # fmt: skip

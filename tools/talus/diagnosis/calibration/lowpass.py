@@ -167,6 +167,7 @@ class Looks:
     def __init__(self, model, recordings, names, tree, processed, effects):
         self.model, self.recordings, self.names, self.tree, self.processed = model, recordings, names, tree, processed
         self.effects, self.window_hz = effects, model.score.lowpass_hz
+        self.fastest_hz = kept_hz(processed, self.window_hz) if processed else self.window_hz
 
     def at(self, hz):
         """The dataset."""
@@ -182,7 +183,7 @@ class Looks:
             return Lowpass(wanted_hz, "option"), self.at(wanted_hz)
         if "score" in self.tree:
             return Lowpass(own_hz, "model"), self.at(own_hz)
-        found, dataset = chosen(functools.partial(self._from_data, seed), own_hz, kept_hz(self.processed, own_hz))
+        found, dataset = chosen(functools.partial(self._from_data, seed), own_hz, self.fastest_hz)
         if not found.leaves_inertia and found.bias != ALL_OF_IT:
             found, dataset = self._with_longer_windows(found, dataset, seed)
         return (replace(found, left=share_left(dataset)) if found.fixes_inertia is None else found), dataset
@@ -207,14 +208,15 @@ class Looks:
         self.window_hz = other.hz
         return replace(other, window_hz=other.hz), its_dataset
 
-    def slower(self, through, seed):
+    def with_windows(self, through, seed):
         """(Lowpass, dataset) through one slower low-pass after the other, the motion's windows as long as each asks, where the data chose
-        the first."""
-        hz = through.hz / STEP
+        the first: those that leave the inertia alone, or no worse than that one."""
+        hz = self.fastest_hz / STEP
         while through.source == "data" and hz >= SLOWEST_HZ:
             self.window_hz = hz
             found, dataset = self._from_data(seed, hz)
-            yield replace(found, window_hz=hz), dataset
+            if hz != through.window_hz and abs(found.bias or 0.0) <= max(RIGHT_TO, abs(through.bias or 0.0)):
+                yield replace(found, window_hz=hz), dataset
             hz /= STEP
 
     def around(self, through):

@@ -1,4 +1,4 @@
-"""tools/talus/diagnosis/calibration/slower.py: a second look where what the readings do hides what the machine does."""
+"""tools/talus/diagnosis/calibration/longer_windows.py: a second look where what the readings do hides what the machine does."""
 
 import json
 from types import SimpleNamespace
@@ -7,7 +7,7 @@ import pytest
 from support import run
 from talus.blind import cases
 from talus.diagnosis.calibration import lowpass
-from talus.diagnosis.calibration.slower import hidden_by_readings, look_again
+from talus.diagnosis.calibration.longer_windows import hidden_by_readings, look_again
 from talus.diagnosis.verdict import Verdict
 
 THRESHOLD = 30.0
@@ -56,14 +56,30 @@ def test_the_look_that_is_taken(first, others, taken):
         first if taken is None else others[taken])  # fmt: skip
 
 
-@pytest.mark.parametrize(("source", "tried"), [("data", [20.0, 40 / 3, 80 / 9, 160 / 27]), ("option", []), ("model", [])])
-def test_each_is_slower_by_half_and_its_windows_are_as_long(monkeypatch, source, tried):
+@pytest.mark.parametrize(("through", "fastest_hz", "tried"), [
+    (lowpass.Lowpass(30.0, "data", 0.0), 30.0, [20.0, 40 / 3, 80 / 9, 160 / 27]),
+    (lowpass.Lowpass(6.0, "data", 0.01), 15.0, [10.0, 20 / 3]),  # slower samples ask for longer windows
+    (lowpass.Lowpass(10.0, "data", 0.01, window_hz=10.0), 15.0, [20 / 3]),  # the others have been looked through
+    (lowpass.Lowpass(30.0, "option"), 30.0, []), (lowpass.Lowpass(9.0, "model"), 30.0, [])])  # fmt: skip
+def test_each_is_slower_by_half_and_its_windows_are_as_long(monkeypatch, through, fastest_hz, tried):
     """Down to 5 Hz, and only where nobody has chosen."""
-    looks = lowpass.Looks(SimpleNamespace(score=SimpleNamespace(lowpass_hz=30.0)), [], [], {}, [], {})
-    monkeypatch.setattr(lowpass.Looks, "_from_data", lambda self, seed, hz: (lowpass.Lowpass(hz, "data", 0.01), self.window_hz))
-    found = list(looks.slower(lowpass.Lowpass(30.0, source), 1))
-    assert [through.hz for through, _ in found] == pytest.approx(tried)
-    assert all(through.window_hz == through.hz == window for through, window in found)
+    found = list(looks(monkeypatch, fastest_hz, lambda hz: 0.01).with_windows(through, 1))
+    assert [one.hz for one, _ in found] == pytest.approx(tried)
+    assert all(one.window_hz == one.hz == window for one, window in found)
+
+
+@pytest.mark.parametrize(("bias", "tried"), [(0.0, [40 / 3, 80 / 9, 160 / 27]), (-0.05, [20.0, 40 / 3, 80 / 9, 160 / 27])])
+def test_none_that_leaves_less_of_the_inertia(monkeypatch, bias, tried):
+    """20 Hz would take 4 % of it."""
+    found = looks(monkeypatch, 30.0, lambda hz: -0.04 if hz == 20.0 else None).with_windows(lowpass.Lowpass(30.0, "data", bias), 1)
+    assert [one.hz for one, _ in found] == pytest.approx(tried)
+
+
+def looks(monkeypatch, fastest_hz, bias):
+    """Looks whose recordings leave a `bias` of the inertia at each frequency; a dataset is the frequency that its windows are for."""
+    monkeypatch.setattr(lowpass, "kept_hz", lambda processed, hz: fastest_hz)
+    monkeypatch.setattr(lowpass.Looks, "_from_data", lambda self, seed, hz: (lowpass.Lowpass(hz, "data", bias(hz)), self.window_hz))
+    return lowpass.Looks(SimpleNamespace(score=SimpleNamespace(lowpass_hz=30.0)), [], [], {}, ["some"], {})
 
 
 @pytest.mark.long

@@ -1,8 +1,8 @@
 """Looking again, through a slower low-pass, where what the readings do hides what the machine does.
 
 Steps of a coarse encoder become accelerations that grow with the square of the frequency. The inertia may come out right beside them, and still
-an elastic effect gains more of them than the machine's own effect of what it leaves: replicates gain as much. Through a slower
-low-pass, with windows as long, the steps weigh less than what moves slowly.
+an elastic effect gains more of them than the machine's own effect of what it leaves: replicates gain as much. Through windows of the motion
+as long as the low-pass the steps weigh less than what moves slowly, though reversals are smeared.
 """
 
 from .thresholds import HALF
@@ -17,12 +17,12 @@ def hidden_by_readings(search, verdict):
     return verdict.effect == "none" or verdict.probabilities[0][0] < HALF
 
 
-def look_again(first, slower, look):
-    """The `first` (Lowpass, search, verdict), or the first of the `slower` looks that the readings do not outdo, where that
-    names a cause that shows through yet another low-pass; `slower` gives (Lowpass, dataset), `look` a look at it."""
+def look_again(first, others, look):
+    """The `first` (Lowpass, search, verdict), or of the `others`, slower or with longer windows, the first one that the readings do not outdo,
+    where it names a cause that shows through yet another low-pass; `others` gives (Lowpass, dataset), `look` a look at it."""
     if not hidden_by_readings(*first[1:]):
         return first
-    for through, dataset in slower:
+    for through, dataset in others:
         _, search, verdict = found = look(through, dataset)
         if search.calibration and not search.calibration.outdone() and verdict.stable is not False:
             return found if verdict.names_a_cause else first
