@@ -223,9 +223,9 @@ def test_the_saved_model_predicts_what_the_report_says(tmp_path):
 
 
 @pytest.mark.parametrize("effect, parameters", [
-    ("load_friction", {"coefficient": 0.2}),
     ("directional_efficiency", {"driving": 0.25, "back_driving": 0.1}),
     *(pytest.param(effect, parameters, marks=pytest.mark.long) for effect, parameters in (
+        ("load_friction", {"coefficient": 0.2}),
         ("load_friction", {"coefficient": 0.2, "friction_share": 1.0}),
         ("directional_efficiency", {"driving": 0.1, "back_driving": 0.25}),
         ("directional_efficiency", {"driving": 0.15, "back_driving": 0.0}),
@@ -237,6 +237,7 @@ def test_the_scale_on_the_load_tells_an_efficiency_from_load_friction(tmp_path, 
     assert (report["verdict"]["effect"], report["verdict"]["joint"]) == (effect, "knee")
 
 
+@pytest.mark.long
 def test_load_friction_of_a_gear_that_is_hardly_driven_back_has_its_size(tmp_path):
     report = diagnose(tmp_path, simulate(tmp_path, {("load_friction", "knee"): {"coefficient": 0.7}}))
     first = report["effects"][0]

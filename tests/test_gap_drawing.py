@@ -140,7 +140,7 @@ def test_a_mass_that_an_effect_turns_negative_is_found_beside_that_effect(tmp_pa
     assert found[0] == pytest.approx(80.0, rel=0.02)
 
 
-@pytest.mark.parametrize("stiffness_N_m", [20000.0, 60000.0])
+@pytest.mark.parametrize("stiffness_N_m", [20000.0, pytest.param(60000.0, marks=pytest.mark.long)])
 def test_a_spring_stiffer_than_the_mass_is_named(stiffness_N_m):
     """No sensor is too coarse, and no force counts the other way."""
     found = talus.diagnose(SLIDER, spring(stiffness_N_m))
@@ -174,7 +174,8 @@ def beside_a_spring(rate_Hz, *coefficients, machine=(0.045, 0.15)):
     return talus.diagnose(PENDULUM, talus.simulate(talus.Model.from_text(text), duration_s=60, rate_hz=rate_Hz))
 
 
-@pytest.mark.parametrize(("rate_Hz", "linear", "cube", "moment_kg_m"), [(100, 0.0, 2.0, 0.15), (250, 0.0, 2.0, 0.17), (250, 3.0, 0.0, 0.13)])
+@pytest.mark.parametrize(("rate_Hz", "linear", "cube", "moment_kg_m"), [
+    (100, 0.0, 2.0, 0.15), (250, 0.0, 2.0, 0.17), pytest.param(250, 3.0, 0.0, 0.13, marks=pytest.mark.long)])  # fmt: skip
 def test_a_springs_size_is_told_beside_the_drawn_gravity(rate_Hz, linear, cube, moment_kg_m):
     """A line less a sine is a cube: beside any gravity -57 q + 11 q^3 Nm does as well as 2 q^3."""
     found = beside_a_spring(rate_Hz, linear, cube, 0.0, machine=(0.042, moment_kg_m))
@@ -186,6 +187,7 @@ def test_a_springs_size_is_told_beside_the_drawn_gravity(rate_Hz, linear, cube, 
     assert found.model.base["gravity_sin"] == pytest.approx(moment_kg_m, rel=2 * PART)
 
 
+@pytest.mark.long
 def test_beside_a_machine_that_is_not_drawn_sizes_are_told_as_the_recording_has_them():
     found = beside_a_spring(250, 3.0, 0.0, 0.0, machine=(0.2, 0.9))
     (effect,) = found.effects
@@ -193,7 +195,7 @@ def test_beside_a_machine_that_is_not_drawn_sizes_are_told_as_the_recording_has_
     assert found.model.base["inertia"] == pytest.approx(0.2, rel=0.01)
 
 
-@pytest.mark.parametrize("rate_Hz", [80, 100])
+@pytest.mark.parametrize("rate_Hz", [pytest.param(80, marks=pytest.mark.long), 100])
 def test_a_spring_that_moves_gravity_is_no_elasticity_beside_another_machine(rate_Hz):
     """The fit without any effect finds another gravity, and that beside an elasticity is 4.5 times the file's; so it is through half the low-pass."""
     found = beside_a_spring(rate_Hz, 0.0, 2.0, 0.5).report

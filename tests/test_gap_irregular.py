@@ -161,6 +161,7 @@ SPRING_AND_DRIFT = """effects:
 """
 
 
+@pytest.mark.long
 def test_a_drift_and_a_spring_are_named_on_ramps(tmp_path):
     """The drift does not come back with a motion, and the spring is less than it."""
     (tmp_path / "model.yaml").write_text(PENDULUM.read_text() + SPRING_AND_DRIFT)
@@ -182,7 +183,7 @@ def test_a_torque_that_wanders_is_unknown_and_coloured_noise_is_none(tmp_path, m
     assert json.loads((tmp_path / "gap.json").read_text())["verdict"]["effect"] == verdict
 
 
-@pytest.mark.parametrize(("wanders", "verdict"), [(0.3, "unknown"), (0.0, "none")])
+@pytest.mark.parametrize(("wanders", "verdict"), [(0.3, "unknown"), pytest.param(0.0, "none", marks=pytest.mark.long)])
 def test_a_friction_that_varies_erratically_is_unknown(wanders, verdict):
     """By 30 % within 0.6 s, gone after a second."""
     recording = talus.simulate(talus.read(PENDULUM), duration_s=80, rate_hz=RATE_HZ, encoder_bits=18)

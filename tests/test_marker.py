@@ -88,6 +88,7 @@ def check_hidden(film, frames, eye, far_px=30):
     assert rms((centers - truth)[whole & clear]) < 0.05
 
 
+@pytest.mark.long
 def test_what_is_hidden_is_reported():
     film = film_of(6, camera=Camera(**SMALL), passing=passers(6, 1.0, speed_m_s=1.0))
     check_hidden(film, 480, Eye(radius_px=5))

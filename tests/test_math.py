@@ -302,6 +302,7 @@ def test_same_bits_without_optimisation(tmp_path):
         assert same_bits(lib.tl_pow(abs(x), 1.3), other.tl_pow(abs(x), 1.3))
 
 
+@pytest.mark.long
 def test_coefficients_are_those_of_the_generator():
     header = (REPOSITORY / "lib" / "math_coefficients.h").read_text()
     script = REPOSITORY / "tools" / "math_coefficients.py"

@@ -185,6 +185,7 @@ def test_a_gap_that_no_effect_makes_is_unknown_and_looks_like_what_it_is(kind):
     assert kind not in {one["effect"] for one in [*found.report["nearest"], *found.report["not_observable"], *found.report["alternatives"]]}
 
 
+@pytest.mark.long
 def test_beside_an_effect_it_is_told_and_is_none_of_the_effects():
     stribeck = "effects: [{effect: stribeck, joint: joint, parameters: {extra_Nm: 0.3, speed_rad_s: 0.2, exponent: 1}}]"
     truth = talus.Model.from_text(PENDULUM.read_text() + stribeck)
