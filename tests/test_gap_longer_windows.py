@@ -10,25 +10,25 @@ from talus.diagnosis.calibration import lowpass
 from talus.diagnosis.calibration.longer_windows import hidden_by_readings, look_again
 from talus.diagnosis.verdict import Verdict
 
-THRESHOLD = 30.0
+FREEDOM = 500.0
 NONE, CAUSE = [(0.99, "none", "none")], [(0.9, "cogging", "joint"), (0.1, "none", "none")]
 DOUBTED = [(0.45, "cogging", "joint"), (0.3, "unknown", "none"), (0.25, "none", "none")]
 UNKNOWN = [(0.8, "unknown", "none"), (0.2, "none", "none")]
 
 
-def look(outdone, probabilities, by_nothing=1000.0, stable=None, hz=10.0):
+def look(outdone, probabilities, excess=1000.0, stable=None, hz=10.0):
     """(low-pass, search, verdict) as a look has them."""
-    calibration = SimpleNamespace(outdone=lambda: outdone, most_by_nothing=lambda: by_nothing)
+    calibration = SimpleNamespace(outdone=lambda: outdone, excess={"T0": 0.4 * excess, "T1": 0.6 * excess})
     verdict = Verdict(probabilities, None, 0.0)
     verdict.stable = stable
-    return hz, SimpleNamespace(calibration=calibration, detection_threshold=THRESHOLD), verdict
+    return hz, SimpleNamespace(calibration=calibration, freedom=FREEDOM), verdict
 
 
 @pytest.mark.parametrize(("found", "hidden"), [
     (look(True, NONE), True), (look(True, DOUBTED), True), (look(True, UNKNOWN), False), (look(True, CAUSE), False),
-    (look(False, NONE), False), (look(True, NONE, by_nothing=5.0), False)])  # fmt: skip
+    (look(False, NONE), False), (look(True, NONE, excess=400.0), False)])  # fmt: skip
 def test_what_hides_the_machine(found, hidden):
-    """Replicates that gain as much as the recordings, and something; a gap of an unknown cause stands above them anyhow."""
+    """Replicates that gain as much as the recordings, of more than the noise; a gap of an unknown cause stands above them anyhow."""
     assert hidden_by_readings(*found[1:]) is hidden
 
 

@@ -45,10 +45,6 @@ class Calibration:
         """What an (effect, joint) gains in the replicates, on the average; 0 where noise alone would gain as much."""
         return max(float(np.mean([gains.get(key, 0.0) for gains in self.gains])), 0.0)
 
-    def most_by_nothing(self):
-        """The same of the (effect, joint) that gains most there."""
-        return max(map(self.by_nothing, self.keys), default=0.0)
-
     def most_widths(self):
         """How far the gain of the (effect, joint) that stands out most lies above the nulls', in their widths."""
         return max((self._beside(key, gain)[0] for key, gain in self._known(self.own).items()), default=0.0)

@@ -9,10 +9,10 @@ from .thresholds import HALF
 
 
 def hidden_by_readings(search, verdict):
-    """Do replicates gain as much as the recordings, and more than a search takes for an effect, while nothing is said with confidence but
-    that there is no effect?"""
+    """Do replicates leave more than the noise, and gain as much of it as the recordings do, while nothing is said with confidence but that there
+    is no effect?"""
     calibration = search.calibration
-    if not calibration or not calibration.outdone() or calibration.most_by_nothing() < search.detection_threshold:
+    if not calibration or not calibration.outdone() or sum(calibration.excess.values()) < search.freedom:
         return False
     return verdict.effect == "none" or verdict.probabilities[0][0] < HALF
 
