@@ -63,7 +63,7 @@ def test_the_look_that_is_taken(first, others, taken):
     (lowpass.Lowpass(30.0, "option"), 30.0, []), (lowpass.Lowpass(9.0, "model"), 30.0, [])])  # fmt: skip
 def test_each_is_slower_by_half_and_its_windows_are_as_long(monkeypatch, through, fastest_hz, tried):
     """Down to 5 Hz, and only where nobody has chosen."""
-    found = list(looks(monkeypatch, fastest_hz, lambda hz: 0.01).with_windows(through, 1))
+    found = list(looks(monkeypatch, fastest_hz, lambda hz: 0.01).others(through, 1))
     assert [one.hz for one, _ in found] == pytest.approx(tried)
     assert all(one.window_hz == one.hz == window for one, window in found)
 
@@ -71,7 +71,7 @@ def test_each_is_slower_by_half_and_its_windows_are_as_long(monkeypatch, through
 @pytest.mark.parametrize(("bias", "tried"), [(0.0, [40 / 3, 80 / 9, 160 / 27]), (-0.05, [20.0, 40 / 3, 80 / 9, 160 / 27])])
 def test_none_that_leaves_less_of_the_inertia(monkeypatch, bias, tried):
     """20 Hz would take 4 % of it."""
-    found = looks(monkeypatch, 30.0, lambda hz: -0.04 if hz == 20.0 else None).with_windows(lowpass.Lowpass(30.0, "data", bias), 1)
+    found = looks(monkeypatch, 30.0, lambda hz: -0.04 if hz == 20.0 else None).others(lowpass.Lowpass(30.0, "data", bias), 1)
     assert [one.hz for one, _ in found] == pytest.approx(tried)
 
 

@@ -235,12 +235,11 @@ def diagnose(options, step, own=()):
     through, dataset = looks.first(options.lowpass_hz, seed)
     if through.nothing_left:
         return report.withheld(identification, [lowpass.too_coarse(model, through), *findings]), tree, model
-    look = functools.partial(judged, options, looks, model, step)
-    first = through
-    through, finished, verdict = look_again(look(through, dataset), looks.with_windows(through, seed), look)
+    first = judged(options, looks, model, step, through, dataset)
+    again = functools.partial(judged, options, looks, model, lambda text, part=0.0: step(f"again: {text}", part))
+    through, finished, verdict = look_again(first, looks.others(through, seed), again)
     if through.window_hz:
-        say(f"{NAME}: note: {windows_in_words(model, first, through)}; longer ones were taken "
-            f"(`--lowpass {through.window_hz:.3g}` identifies with them, too)")  # fmt: skip
+        say(f"{NAME}: note: {windows_in_words(model, first[0], through)} (`--lowpass {through.window_hz:.3g}` identifies with them, too)")
     step("maps")
     return report.diagnosis(finished, verdict, seed, findings, through), tree, model
 
@@ -257,9 +256,10 @@ def judged(options, looks, model, step, through, dataset):
 
 def windows_in_words(model, first, through):
     """Why windows are longer than the model file's."""
-    if through is not first:
-        return f"through {first.hz:.3g} Hz steps and noise of the angles hide what the machine does"
-    return f"windows as short as the model file's low-pass asks for lose the {lowpass.inertia_of(model)}"
+    short = "windows as short as the model file's low-pass asks for"
+    if through is first:
+        return f"{short} lose the {lowpass.inertia_of(model)}; longer ones were taken"
+    return f"through {short} steps and noise of the angles hide what the machine does; a low-pass of {through.hz:.3g} Hz and windows as long were taken"
 
 
 def run(arguments):

@@ -1,16 +1,17 @@
-"""Looking again, through a slower low-pass, where what the readings do hides what the machine does.
+"""Looking again, through longer windows of the motion, where what the readings do hides what the machine does.
 
-Steps of a coarse encoder become accelerations that grow with the square of the frequency. The inertia may come out right beside them, and still
-an elastic effect gains more of them than the machine's own effect of what it leaves: replicates gain as much. Through windows of the motion
-as long as the low-pass the steps weigh less than what moves slowly, though reversals are smeared.
+Differentiated over short windows, the steps of a coarse encoder become large accelerations. A spring or a gap behind the motor filters these,
+and so explains much of what they do, in replicates that have neither as in the recordings: what the machine does itself is less than
+that. Windows as long as the low-pass leave less of the steps, though they smear reversals.
 """
+
+import gc
 
 from .thresholds import HALF
 
 
 def hidden_by_readings(search, verdict):
-    """Do replicates leave more than the noise, and gain as much of it as the recordings do, while nothing is said with confidence but that there
-    is no effect?"""
+    """Do replicates leave more than the noise, and gain as much of it as the recordings do, while the verdict is `none` or unsure?"""
     calibration = search.calibration
     if not calibration or not calibration.outdone() or sum(calibration.excess.values()) < search.freedom:
         return False
@@ -18,12 +19,19 @@ def hidden_by_readings(search, verdict):
 
 
 def look_again(first, others, look):
-    """The `first` (Lowpass, search, verdict), or of the `others`, slower or with longer windows, the first one that the readings do not outdo,
-    where it names a cause that shows through yet another low-pass; `others` gives (Lowpass, dataset), `look` a look at it."""
+    """The `first` look (Lowpass, search, verdict), or another: of the `others` (Lowpass, dataset) the first one in which something gains more than
+    replicates do and that another low-pass does not contradict, where it names a cause. `look` makes a look of one."""
     if not hidden_by_readings(*first[1:]):
         return first
-    for through, dataset in others:
-        _, search, verdict = found = look(through, dataset)
-        if search.calibration and not search.calibration.outdone() and verdict.stable is not False:
-            return found if verdict.names_a_cause else first
+    for one in others:
+        found = look(*one)
+        if tells(*found[1:]):
+            return found if found[2].names_a_cause else first
+        del found, one  # no more than two searches are held at once
+        gc.collect()  # their candidates hold torque terms in circles
     return first
+
+
+def tells(search, verdict):
+    """Does something gain more than the readings alone do, and show through another low-pass as well?"""
+    return bool(search.calibration and not search.calibration.outdone() and verdict.stable is not False)

@@ -167,7 +167,7 @@ class Looks:
     def __init__(self, model, recordings, names, tree, processed, effects):
         self.model, self.recordings, self.names, self.tree, self.processed = model, recordings, names, tree, processed
         self.effects, self.window_hz = effects, model.score.lowpass_hz
-        self.fastest_hz = kept_hz(processed, self.window_hz) if processed else self.window_hz
+        self.fastest_hz = kept_hz(processed, self.window_hz)
 
     def at(self, hz):
         """The dataset."""
@@ -195,26 +195,24 @@ class Looks:
     def _with_longer_windows(self, found, dataset, seed):
         """(Lowpass, dataset) through windows as long as the low-pass itself asks, if they leave the inertia known, or more than half of it
         where those found leave less; else those found."""
-
-        def longer(hz):
-            self.window_hz = hz
-            return self._from_data(seed, hz)
-
         own_hz = self.window_hz
-        other, its_dataset = chosen(longer, own_hz / STEP, own_hz)
+        other, its_dataset = chosen(functools.partial(self._windows_as_long, seed), own_hz / STEP, own_hz)
         if not other.leaves_inertia and (found.fixes_inertia is not None or other.fixes_inertia is None):
             self.window_hz = own_hz
             return found, dataset
         self.window_hz = other.hz
         return replace(other, window_hz=other.hz), its_dataset
 
-    def with_windows(self, through, seed):
-        """(Lowpass, dataset) through one slower low-pass after the other, the motion's windows as long as each asks, where the data chose
-        the first: those that leave the inertia alone, or no worse than that one."""
+    def _windows_as_long(self, seed, hz):
+        self.window_hz = hz
+        return self._from_data(seed, hz)
+
+    def others(self, through, seed):
+        """(Lowpass, dataset) through one low-pass after the other with windows as long, where the data chose the first one (`through`): those
+        that leave the inertia alone, or no worse than that one."""
         hz = self.fastest_hz / STEP
         while through.source == "data" and hz >= SLOWEST_HZ:
-            self.window_hz = hz
-            found, dataset = self._from_data(seed, hz)
+            found, dataset = self._windows_as_long(seed, hz)
             if hz != through.window_hz and abs(found.bias or 0.0) <= max(RIGHT_TO, abs(through.bias or 0.0)):
                 yield replace(found, window_hz=hz), dataset
             hz /= STEP
