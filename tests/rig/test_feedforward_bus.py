@@ -3,10 +3,11 @@ anywhere takes it away, and what the bus carried is recorded."""
 
 import math
 import os
+import socket
 import struct
 import subprocess
-import time
 from contextlib import contextmanager
+from unittest.mock import patch
 
 import can
 import numpy
@@ -20,15 +21,18 @@ from trajectory import LIMITS, PATIENT
 
 pytestmark = [pytest.mark.rig, pytest.mark.release]
 
+HOPS = 5  # of a motion that something ends: what a guest that stood still owes goes out at once
+TRIES, STOOD_STILL_NS = 3, 500_000_000
 MODEL = REPOSITORY / "models/leg_bench.yaml"
 REST, TICK, FALL = 1000, 1e-3, 100  # ticks before and behind the motion; s; ticks before the end from which torque falls
 DECAY = 15
+KNEE, MEASURED = 0x101, 0x201  # identifiers: the knee's set-point, and what its drive measured
 OUTAGE = 4 + DECAY + 50 + DECAY  # ticks: too late, torque falls, good frames are waited for, torque comes back
 
 
-def motion(folder):
-    """A hop of both joints in 2 s, rows of 20 ms; the spline through it, at rest at both ends."""
-    t = numpy.arange(101) / 50
+def motion(folder, hops=1):
+    """Hops of both joints, 2 s each, rows of 20 ms; the spline through them, at rest at both ends."""
+    t = numpy.arange(100 * hops + 1) / 50
     hop = 0.5 * (1 - numpy.cos(math.pi * t))
     angles = numpy.stack([0.5 * hop, -0.2 * hop * numpy.sin(math.pi * t)])
     path = folder / "hop.csv"
@@ -47,38 +51,69 @@ def torque_of(spline, t):
     return list(torque)
 
 
+def comes(interface, identifier, counter=0):
+    """Waits for a frame of this identifier with this counter or a later one: an instant of the motion, whatever the clock says."""
+    with socket.socket(socket.AF_CAN, socket.SOCK_RAW, socket.CAN_RAW) as bus:
+        bus.setsockopt(socket.SOL_CAN_RAW, socket.CAN_RAW_FILTER, struct.pack("=II", identifier, socket.CAN_SFF_MASK))
+        bus.bind((interface,))
+        bus.settimeout(20)
+        try:
+            while struct.unpack_from("<H", bus.recv(16), 8)[0] < counter:
+                pass
+        except TimeoutError:
+            return False
+        return True
+
+
 @contextmanager
 def twin(folder, interface):
     command = [program("talus-sim"), "--model", MODEL, "--can", interface, "--excitation", "bus", "--duration", 600, "--out", folder / "twin.csv"]
     process = subprocess.Popen([str(word) for word in command], stderr=subprocess.PIPE, text=True)
-    time.sleep(0.5)
     try:
+        assert comes(interface, MEASURED)
         yield
     finally:
         process.terminate()
         process.communicate(timeout=60)
 
 
-def fed(folder, interface, *options):
-    path, _ = motion(folder)
+def fed(folder, interface, *options, hops=1):
+    path, _ = motion(folder, hops)
     arguments = ("--can", interface, "--play", path, *PATIENT, "--limits", LIMITS, "--friction-share", 1, *options, MODEL)
     return Recording(folder / "r", *arguments, path=program("talus-feedforward"))
 
 
+def recorded(folder, interface, *options, hops=1, environment=(), during=lambda: None):
+    """A motion with the twin at the other end of the bus. Where the guest stood still for long, it says nothing of a loop of 1 kHz."""
+    for k in range(TRIES):
+        part = folder / str(k)
+        part.mkdir()
+        with twin(part, interface):
+            with patch.dict(os.environ, environment):
+                recording = fed(part, interface, *options, hops=hops)
+            with recording:
+                during()
+                printed = recording.wait(status=None)
+        (told,) = recording.events("play")
+        if told["worst_late_ns"] < STOOD_STILL_NS:
+            assert recording.process.returncode == 0, printed
+            return recording
+    pytest.skip(f"the guest stood still, {told['worst_late_ns'] / 1e9:.1f} s in the last of {TRIES} tries")
+
+
 def torques(recording):
     """(rows, 2) torques that were sent, knee and ankle, by their counters."""
-    both = [commands(recording.log, identifier) for identifier in (0x101, 0x102)]
+    both = [commands(recording.log, identifier) for identifier in (KNEE, 0x102)]
     for sent in both:
         assert [one["Counter"] for _, one in sent] == list(range(len(sent)))
     n = min(map(len, both))
     return numpy.array([[one["TorqueFeedforward"] for _, one in sent[:n]] for sent in both]).T
 
 
-def test_the_torque_on_the_bus_is_the_models(vcan, tmp_path):  # noqa: F811
+def test_the_torque_on_the_bus_is_the_models(vcan, tmp_path, capsys):  # noqa: F811
     (name,) = vcan()
     _, spline = motion(tmp_path)
-    with twin(tmp_path, name), fed(tmp_path, name) as recording:
-        recording.wait()
+    recording = recorded(tmp_path, name)
     sent = torques(recording)
     assert len(sent) == 2 * REST + 2001
     (told,) = recording.events("feedforward")
@@ -87,7 +122,8 @@ def test_the_torque_on_the_bus_is_the_models(vcan, tmp_path):  # noqa: F811
     near = 1e-4  # half a step of the field, and what the closed form of the linkage and the two splines differ
     assert (sent[rows] >= numpy.minimum(model, 0) - near).all() and (sent[rows] <= numpy.maximum(model, 0) + near).all()
     whole = (numpy.abs(sent[rows] - model) <= near).all(axis=1)
-    print(f"{whole.mean():.0%} of the ticks have the whole torque; measured frames were stale in {told['stale measured']} ticks")
+    with capsys.disabled():
+        print(f"\n  {whole.mean():.0%} of the ticks have the whole torque; measured frames were stale in {told['stale measured']} ticks")
     # the guest's clock stands still at times; frames are late then, and torque falls: for each stale tick an outage at the most
     assert 10 * (~whole).sum() <= told["stale measured"] * OUTAGE
     stale = told["stale measured"] > 10
@@ -100,32 +136,28 @@ def test_the_torque_on_the_bus_is_the_models(vcan, tmp_path):  # noqa: F811
 
 def test_a_stop_frame_from_elsewhere_takes_the_torque_away(vcan, tmp_path):  # noqa: F811
     (name,) = vcan()
-    with twin(tmp_path, name), fed(tmp_path, name) as recording:
-        time.sleep(2.3)
+
+    def stop_it():
+        comes(name, KNEE, REST + 1000)
         with can.Bus(name, interface="socketcan") as bus:
             bus.send(can.Message(arbitration_id=1, data=struct.pack("<HBB", 0, 4, 1), is_extended_id=False))
-        recording.wait()
+
+    recording = recorded(tmp_path, name, hops=HOPS, during=stop_it)
     (told,) = recording.events("feedforward")
     ((stop, _),) = commands(recording.log, 0x001)
-    after = [one["TorqueFeedforward"] for stamp, one in commands(recording.log, 0x101) if stamp > stop]
+    after = [one["TorqueFeedforward"] for stamp, one in commands(recording.log, KNEE) if stamp > stop]
     assert told["stop_frame"] and told["stopped"] >= len(after) - 2 > 100
     assert set(after[DECAY + 3 :]) == {0.0}
 
 
 def test_the_emergency_line_stops_drives_and_motion(vcan, tmp_path, button):  # noqa: F811
     (name,) = vcan()
-    before = dict(os.environ)
-    with twin(tmp_path, name):
-        os.environ.update(button.environment)
-        try:
-            recording = fed(tmp_path, name, "--estop", "button=fakechip:4")
-        finally:
-            os.environ.clear()
-            os.environ.update(before)
-        with recording:
-            time.sleep(2.0)
-            button.press()
-            recording.wait()
+
+    def press_it():
+        comes(name, KNEE, REST + 1000)
+        button.press()
+
+    recording = recorded(tmp_path, name, "--estop", "button=fakechip:4", hops=HOPS, environment=button.environment, during=press_it)
     (told,) = recording.events("play")
     assert len(commands(recording.log, 0x001)) == 3  # which the bench obeys: test_twin_orders.py
-    assert told["end"] == "stopped" and 0 < told["sent"] < 2 * REST + 2001
+    assert told["end"] == "stopped" and 0 < told["sent"] < 2 * (REST + 1000 * HOPS)
