@@ -57,11 +57,22 @@ def _on_the_grid(search, fit, place, wanted, looking=False):
 
 
 def _valleys(search, fit, place):
-    """The best few shapes of the grid, where valleys are many."""
+    """The best few shapes of the grid, where valleys are many, and of those elsewhere."""
     family = fit.chosen[place].family
     if not (family and family.rough):
         return []
-    return _on_the_grid(search, fit, place, lambda family: True, looking=True)[:ROUGH_STARTS]
+    starts = _on_the_grid(search, fit, place, lambda family: True, looking=True)[:ROUGH_STARTS]
+    return starts + [start for factors in family.elsewhere for start in _off_the_grid(search, fit, place, factors)]
+
+
+def _off_the_grid(search, fit, place, factors):
+    """The best few fits with the grid's shapes, each value times its factor."""
+    key = fit.chosen[place].key
+    families = [c.family for c in search.gram.candidates if c.key == key and c.family]
+    shapes = (family.make(*(x * factor for x, factor in zip(family.values, factors, strict=True))) for family in families)
+    found = sorted((_with(search, fit, place, shape) for shape in shapes), key=_excess)[:ROUGH_STARTS]
+    search.gram.forget([*fit.chosen, *(c for one in found for c in one.chosen)])
+    return found
 
 
 def _other_starts(search, fit, place):
@@ -81,7 +92,7 @@ def _from_valleys(search, best, starts, place):
     ends = sorted([best, *ends], key=_excess)[:ROUGH_ENDS]
     near = [end for end in ends if end.excess < ROUGH_WITHIN * ends[0].excess]
     further = [_newton(search, _stepwise(search, end, place, FINE_SHARES), place) for end in near]
-    return min([best, *further], key=_excess)
+    return min([*ends, *further], key=_excess)
 
 
 # ---- one value after the other -----------------------------------------------------

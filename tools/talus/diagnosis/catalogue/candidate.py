@@ -32,6 +32,7 @@ class Family:
     together: tuple = ()  # ((value, part of its step), ...) of values that are moved together, too
     start: str = ""
     rough: bool = False  # many local minima: looked for from several of the grid's shapes
+    elsewhere: tuple = ()  # ((factor of each value, ...), ...): looked for from the grid's values times these, too
 
     @property
     def directions(self):

@@ -11,6 +11,7 @@ GAP_FRICTION = ((0, 0), (0.3, 0), (0.6, 0), (1, 0), (0.3, 0.3), (0.6, 0.6), (1, 
 BOTH_FRICTIONS = (((2, 0.5), (3, -1.0)), ((2, 1.0), (3, 1.0)))  # dry for viscous at the speeds of a leg, and both
 TEETH_DAMPING_RATIO = 0.1
 KNEE_TEETH_DAMPING_RATIO = 0.5  # its light rotor gives way, and the recorded motion is a wall that bounces more
+SOFTER = ((1.0, 0.1, 1.0, 1.0, 1.0, 1.0, 1.0),)  # teeth: jolts against stiff ones are short, and miss those of a gap nearby
 # of a leg's gears: what looks smaller is the trace of something else in the smoothed acceleration
 LEAST_GAP_RAD = 0.0005
 BEGIN_SHARE = 0.15  # of an effect whose jolts come at the wrong time, from which the right shape may still be found
@@ -29,7 +30,7 @@ def candidates(at):
         figures = lambda x: {"gap_rad": float(x[0]) * gap, "stiffness_Nm_rad": stiffness}
         family = Family(lost, (gap, stiffness, dry, viscous, motor, damping, drag), (1.7, 3.0, 0.3, 0.3, 0.2, 1.7, 0.06),
                         (max(2e-4, least), 0.1 * teeth, 0.0, 0.0, 0.02, 0.05, 0.0), (0.03, 10 * teeth, 1.0, 1.0, 0.7, 1.0, 0.3),
-                        BOTH_FRICTIONS, rough=True)  # fmt: skip
+                        BOTH_FRICTIONS, rough=True, elsewhere=SOFTER)  # fmt: skip
         return at.of_law("backlash", f"{1e3 * gap:.2g} mrad, {stiffness:g} Nm/rad{sides_in_words(dry, viscous, motor)}", [{"share": 1.0}],
                          shapes, parameters=figures, low=(max(0.4, least / gap),), high=(1.8,), family=family,
                          begin_low=begin_low)  # fmt: skip
