@@ -1,4 +1,14 @@
-"""What stepped aside is counted and named at the end of every run."""
+"""Which tests one process runs, where several share them; and what stepped aside is counted and named at the end of every run."""
+
+import pytest
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_collection_modifyitems(items):
+    """Those of a file run in one process, for they share what is slow to make; any that is free takes one marked `spread`."""
+    for item in items:
+        if not item.get_closest_marker("spread"):
+            item.add_marker(pytest.mark.xdist_group(item.path.name))
 
 
 def pytest_terminal_summary(terminalreporter):
@@ -6,4 +16,5 @@ def pytest_terminal_summary(terminalreporter):
     terminalreporter.section(f"skipped: {len(skipped)}")
     for report in skipped:
         reason = report.longrepr[2] if isinstance(report.longrepr, tuple) else str(report.longrepr)
-        terminalreporter.write_line(f"{report.nodeid}: {reason.removeprefix('Skipped: ')}")
+        name, _, _ = report.nodeid.rpartition("@") if report.nodeid.endswith(".py") else (report.nodeid, "", "")
+        terminalreporter.write_line(f"{name}: {reason.removeprefix('Skipped: ')}")

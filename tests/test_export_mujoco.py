@@ -13,6 +13,8 @@ from support import REPOSITORY, run
 from talus import check, constants, ffi, lib
 from test_export_simulators import HELD, kinds
 
+pytestmark = pytest.mark.spread
+
 mujoco = pytest.importorskip("mujoco")
 
 LEG, ARM = (REPOSITORY / "models" / f"{name}.yaml" for name in ("leg", "pendulum"))
@@ -252,7 +254,7 @@ def near(model, theirs, seconds=SECONDS):
 def test_callbacks_carry_the_rest(effects):
     """With the leg's dry friction and its linkage: what remains is how MuJoCo softens sticking, which falls with the step."""
     model = model_of("leg", effects)
-    near(model, by_mujoco(model, carried=True, shown=shown, step_s=2.5e-4))
+    near(model, by_mujoco(model, carried=True, shown=shown, seconds=5.0, step_s=2.5e-4), 5.0)
 
 
 def test_a_callback_carries_friction_and_its_linkage():

@@ -22,6 +22,8 @@ from talus.diagnosis.motion import plant_of
 from talus.diagnosis.search import Search, plain_base
 from talus.diagnosis.torque_terms import TorqueTerms
 
+pytestmark = pytest.mark.spread
+
 LOOP_HZ = 3.0
 PENDULUM, LEG, SLIDER = (REPOSITORY / f"models/{plant}.yaml" for plant in ("pendulum", "leg", "slider"))
 KEY = ("stribeck", "joint")

@@ -21,6 +21,8 @@ from talus.diagnosis.motion import plant_of
 from talus.diagnosis.search import plain_base
 from talus.diagnosis.torque_terms import TorqueTerms
 
+pytestmark = pytest.mark.spread
+
 PENDULUM = REPOSITORY / "models/pendulum.yaml"
 BENCH_RAD_S, BENCH_DAMPING, BENCH_SPEED_HZ = 2 * math.pi * 10.0, 0.8, 100.0  # of talus-sim's control (docs/talus-sim.md)
 

@@ -11,6 +11,8 @@ from scipy.signal import butter, lfilter, sosfiltfilt
 from support import REPOSITORY, run
 from talus.diagnosis import noise
 
+pytestmark = pytest.mark.spread
+
 PENDULUM = REPOSITORY / "models/pendulum.yaml"
 RATE_HZ, PERIOD = 100, 700  # rows
 

@@ -9,6 +9,8 @@ from talus.diagnosis import kinds
 from talus.diagnosis.calibration import thresholds
 from talus.diagnosis.effects import EFFECTS
 
+pytestmark = pytest.mark.spread
+
 ROTOR = (REPOSITORY / "models/pendulum.yaml").read_text().replace("gravity_moment_kg_m: 0.15", "gravity_moment_kg_m: 0")
 
 

@@ -9,6 +9,8 @@ from scipy.integrate import solve_ivp
 from support import run
 from talus.diagnosis.catalogue.flexible_joint import stiffnesses
 
+pytestmark = pytest.mark.spread
+
 MOTOR_kg_m2 = LINK_kg_m2 = 0.00065
 GRAVITY_Nm, COULOMB_Nm, VISCOUS_Nms_rad, DAMPING_RATIO = 0.058, 0.018, 0.014, 0.06
 STIFF_Nm_rad, DAMP_Nms_rad = 2.0, 0.05  # of the position control

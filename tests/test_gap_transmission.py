@@ -5,7 +5,7 @@ from hidden_effect import bench_with, diagnosed
 
 from talus.blind import effects
 
-pytestmark = pytest.mark.long
+pytestmark = [pytest.mark.long, pytest.mark.spread]
 STIFFNESS_NM_RAD = 900.0
 COMMON = {"stiffness": STIFFNESS_NM_RAD, "damping": 0.0012, "rotor_share": 0.35, "link_share": 0.0, "viscous_share": 0.0}
 FORMS = {

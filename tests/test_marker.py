@@ -8,6 +8,8 @@ from marker_eye import EDGE, HUES, PARTIAL, SEEN, Eye
 from marker_scenes import FOOT_OFFSET_RAD, RATE_HZ, SMALL, film_of, passers, rms
 from talus import check, ffi, lib
 
+pytestmark = pytest.mark.spread
+
 
 def follow(film, frames, eye):
     """(flags, centres, sigma, truths) of a film's first pictures."""

@@ -18,6 +18,8 @@ from talus.diagnosis.calibration.thresholds import NEARLY_HALF  # noqa: E402
 from talus.diagnosis.effects import EFFECTS  # noqa: E402
 from talus.diagnosis.outside import OUTSIDE, beside, held_reading, hysteresis  # noqa: E402
 
+pytestmark = pytest.mark.spread
+
 PENDULUM, LEG = REPOSITORY / "models/pendulum.yaml", REPOSITORY / "models/leg.yaml"
 NM_PER_A = 9 * 0.091  # of the pendulum's drive
 KNEE_NM_PER_A = 51 * 0.1031

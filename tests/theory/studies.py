@@ -15,7 +15,12 @@ from . import exact, trials
 from .toy import BASE_NM, ToyDataset, stand_ins
 
 WHOLE = {"useless": 2000, "rough": 4100, "white": 4100, "outside": 2000, "wide": 2000, "measured": 2500, "choices": 2500}
-FAST = {"useless": 300, "rough": 140, "white": 140, "outside": 80, "wide": 60, "measured": 260, "choices": 120}
+SLOW = ("rough", "white", "outside", "wide")  # with replicates
+SIZES = {
+    "fast": {"useless": 300, "rough": 140, "white": 140, "outside": 80, "wide": 60, "measured": 260, "choices": 120},
+    "many": {name: number // 4 if name in SLOW else number for name, number in WHOLE.items()},
+    "whole": WHOLE,
+}
 NUMBER = {name: k for k, name in enumerate(WHOLE)}  # of a study, its seed
 EDGES = (0.0, 0.02, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0)
 ODDS = 20.0  # above which evidence decides
@@ -24,7 +29,7 @@ STANDING_OUT = (4.0, 5.0, 6.0, 7.0, 8.0, 10.0, 12.0)  # an effect's strength, in
 
 @functools.cache
 def study(name, sizes):
-    """The trials of a study, `sizes` of FAST or WHOLE; each trial has a seed of its own. `both`: a twelfth hides what no effect explains."""
+    """The trials of a study, of these `sizes`; each trial has a seed of its own. `both`: a twelfth hides what no effect explains."""
     if name == "both":
         return study("rough", sizes) + study("outside", sizes)
     make = {
@@ -35,7 +40,7 @@ def study(name, sizes):
         "measured": trials.measured,
         "choices": trials.choice,
     }[name]
-    count = {"fast": FAST, "whole": WHOLE}[sizes][name]
+    count = SIZES[sizes][name]
     with stand_ins():
         found = [make(np.random.default_rng([NUMBER[name], number])) for number in range(count)]
     return [one for one in found if one is not None]
@@ -48,7 +53,7 @@ def useless(sizes):
     toy, found = trials.problem(random, rough=False), []
     key = toy.candidates[0].key
     with stand_ins():
-        for _ in range({"fast": FAST, "whole": WHOLE}[sizes]["useless"]):
+        for _ in range(SIZES[sizes]["useless"]):
             dataset = ToyDataset(toy, toy.recording(np.zeros(trials.EFFECTS)))
             found.append(gains.gains_beside(real.Search(dataset, BASE_NM), [])[key])
     return exact.weights_of_gain(toy, dataset, 0), np.array(found)
