@@ -349,7 +349,7 @@ deps:
 check:
 	@tools/setup check
 	$(again) all test-programs lint
-	$(again) test MARKED='not builds' PYTEST_FLAGS='-n $(JOBS) --dist loadgroup $(PYTEST_FLAGS)'
+	$(again) test MARKED='not builds' PYTEST_FLAGS='-n $(JOBS) --dist loadgroup --no-loadscope-reorder $(PYTEST_FLAGS)'
 	$(again) test MARKED=builds $(if $(filter tests,$(TESTS)),TESTS='$(shell grep -l mark.builds tests/test_*.py)')
 
 test: all test-programs
@@ -357,7 +357,7 @@ test: all test-programs
 
 check-long:
 	@tools/setup long
-	$(again) test-long MARKED='not builds and not alone' PYTEST_FLAGS='-n $(JOBS) --dist loadgroup $(PYTEST_FLAGS)'
+	$(again) test-long MARKED='not builds and not alone' PYTEST_FLAGS='-n $(JOBS) --dist loadgroup --no-loadscope-reorder $(PYTEST_FLAGS)'
 	$(again) test-long MARKED='builds or alone'
 	$(again) analyse
 	$(again) test-rig

@@ -5,7 +5,7 @@ import subprocess
 import pytest
 from support import BUILD, REPOSITORY
 
-pytestmark = [pytest.mark.long, pytest.mark.release]
+pytestmark = [pytest.mark.long, pytest.mark.longest, pytest.mark.release]
 
 
 def test_one_hash_everywhere():

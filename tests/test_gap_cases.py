@@ -10,6 +10,8 @@ from support import data, needs_data, run
 from test_gap_command import check_form
 from test_gap_cost import peak_kb
 
+pytestmark = pytest.mark.longest
+
 OTHER_TRAININGS = {  # than they were made for
     "another one in the first's place": ("test", "train2", "train3"),
     "without the ramps": ("train1", "train2"),
@@ -89,6 +91,7 @@ def test_the_hidden_cause_of_every_labelled_case_is_named(cases, truths, reports
 
 @needs_data
 @pytest.mark.long
+@pytest.mark.spread
 @pytest.mark.parametrize("turn", range(len(OTHER_TRAININGS)), ids=list(OTHER_TRAININGS))
 def test_the_hidden_cause_is_named_from_other_recordings(turn, cases, truths, tmp_path):
     """Each case from one of them, in turn."""

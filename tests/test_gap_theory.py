@@ -13,6 +13,8 @@ from scipy.stats import binom, chi2, kstwo, multivariate_normal, norm
 from theory import exact, studies, trials
 from theory.toy import BASE_NM, PRIOR_WIDTH, SIGMA_NM
 
+pytestmark = pytest.mark.longest
+
 RARE = 1e-3
 BELOW = 0.05  # that a probability of `none` may at the most be less than what comes true
 

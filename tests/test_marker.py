@@ -97,6 +97,7 @@ def test_what_is_hidden_is_reported():
 
 
 @pytest.mark.long
+@pytest.mark.longest
 def test_none_swapped_in_ten_thousand_pictures():
     seconds = 10_000 / RATE_HZ
     film = film_of(seconds, seed=5, camera=Camera(**SMALL), look=Look(instants=2), passing=passers(seconds, 0.9, seed=5))

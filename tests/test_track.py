@@ -137,6 +137,7 @@ def test_a_setup_that_lacks_something(filmed, tmp_path):
 
 
 @pytest.mark.long
+@pytest.mark.longest
 @pytest.mark.parametrize("codec, kind", [("h264", "mp4"), ("mjpeg", "mov")])
 def test_centers_after_compression_at_1080p(tmp_path, codec, kind):
     film = film_of(3, seed=4, whole=True)
