@@ -1,6 +1,8 @@
 """talus-feedforward on a real CAN interface, with the twin at its other end: the torque it sends is the model's, a stop from
 anywhere takes it away, and what the bus carried is recorded."""
 
+import functools
+import json
 import math
 import os
 import socket
@@ -22,7 +24,7 @@ from trajectory import LIMITS, PATIENT
 pytestmark = [pytest.mark.rig, pytest.mark.release]
 
 HOPS = 5  # of a motion that something ends: what a guest that stood still owes goes out at once
-TRIES, STOOD_STILL_NS = 3, 500_000_000
+TRIES, STOOD_STILL_S = 3, 0.5
 MODEL = REPOSITORY / "models/leg_bench.yaml"
 REST, TICK, FALL = 1000, 1e-3, 100  # ticks before and behind the motion; s; ticks before the end from which torque falls
 DECAY = 15
@@ -84,21 +86,38 @@ def fed(folder, interface, *options, hops=1):
 
 
 def recorded(folder, interface, *options, hops=1, environment=(), during=lambda: None):
-    """A motion with the twin at the other end of the bus. Where the guest stood still for long, it says nothing of a loop of 1 kHz."""
-    for k in range(TRIES):
-        part = folder / str(k)
-        part.mkdir()
-        with twin(part, interface):
-            with patch.dict(os.environ, environment):
-                recording = fed(part, interface, *options, hops=hops)
-            with recording:
-                during()
-                printed = recording.wait(status=None)
-        (told,) = recording.events("play")
-        if told["worst_late_ns"] < STOOD_STILL_NS:
-            assert recording.process.returncode == 0, printed
-            return recording
-    pytest.skip(f"the guest stood still, {told['worst_late_ns'] / 1e9:.1f} s in the last of {TRIES} tries")
+    """A motion with the twin at the other end of the bus."""
+    with twin(folder, interface):
+        with patch.dict(os.environ, environment):
+            recording = fed(folder, interface, *options, hops=hops)
+        with recording:
+            during()
+            recording.wait()
+    return recording
+
+
+def stood_still_s(folder):
+    played = [json.loads(line) for line in (folder / "r.jsonl").read_text().splitlines() if '"play"' in line]
+    return max((event.get("worst_late_ns", 0) / 1e9 for event in played), default=0.0)
+
+
+def patient(test):
+    """What a guest that stood still for long does wrong says nothing of a loop of 1 kHz: it is tried again, then skipped."""
+
+    @functools.wraps(test)
+    def tried(**fixtures):
+        for k in range(TRIES):
+            part = fixtures["tmp_path"] / str(k)
+            part.mkdir()
+            try:
+                return test(**{**fixtures, "tmp_path": part})
+            except AssertionError:
+                late_s = stood_still_s(part)
+                if late_s < STOOD_STILL_S:
+                    raise
+        pytest.skip(f"the guest stood still, {late_s:.1f} s in the last of {TRIES} tries")
+
+    return tried
 
 
 def torques(recording):
@@ -110,6 +129,7 @@ def torques(recording):
     return numpy.array([[one["TorqueFeedforward"] for _, one in sent[:n]] for sent in both]).T
 
 
+@patient
 def test_the_torque_on_the_bus_is_the_models(vcan, tmp_path, capsys):  # noqa: F811
     (name,) = vcan()
     _, spline = motion(tmp_path)
@@ -134,6 +154,7 @@ def test_the_torque_on_the_bus_is_the_models(vcan, tmp_path, capsys):  # noqa: F
     assert recording.end()["loop"] == {"page_faults_minor": 0, "page_faults_major": 0, "allocations": 0}
 
 
+@patient
 def test_a_stop_frame_from_elsewhere_takes_the_torque_away(vcan, tmp_path):  # noqa: F811
     (name,) = vcan()
 
@@ -150,6 +171,7 @@ def test_a_stop_frame_from_elsewhere_takes_the_torque_away(vcan, tmp_path):  # n
     assert set(after[DECAY + 3 :]) == {0.0}
 
 
+@patient
 def test_the_emergency_line_stops_drives_and_motion(vcan, tmp_path, button):  # noqa: F811
     (name,) = vcan()
 
