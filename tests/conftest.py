@@ -1,6 +1,8 @@
 """Which tests one process runs, where several share them, and in which order; and what stepped aside is counted and named at the end
 of every run."""
 
+from pathlib import PurePath
+
 import pytest
 
 
@@ -19,5 +21,5 @@ def pytest_terminal_summary(terminalreporter):
     terminalreporter.section(f"skipped: {len(skipped)}")
     for report in skipped:
         reason = report.longrepr[2] if isinstance(report.longrepr, tuple) else str(report.longrepr)
-        name, _, _ = report.nodeid.rpartition("@") if report.nodeid.endswith(".py") else (report.nodeid, "", "")
+        name = report.nodeid.removesuffix("@" + PurePath(report.fspath).name)  # of the group that one process runs
         terminalreporter.write_line(f"{name}: {reason.removeprefix('Skipped: ')}")

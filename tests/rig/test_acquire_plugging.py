@@ -29,7 +29,7 @@ LEAST_PER_S = 2000  # frames, on the average, where the interface is away for a 
 NOT_TOLD_APART = 1e-3  # of the frames, at most: all others are counted exactly
 ROUNDS = int(os.environ.get("TALUS_RIG_ROUNDS", "20"))
 RENAMES = max(ROUNDS // 2, 1)
-STOPS, STOP_MS, WORD_MS, IN_TIME = 10 * ROUNDS, 10, 100, 0.9
+STOPS, STOP_MS, WORD_MS, BATCHES = 10 * ROUNDS, 10, 100, 3
 
 
 def plug_in(name):
@@ -321,15 +321,9 @@ def delays_ms(edges, pauses):
     return to_bus, [(told - pressed - pauses.within(pressed, told)) / 1e6 for pressed, _, told in edges]
 
 
-def share_within(delays_ms, limit_ms):
-    return sum(delay <= limit_ms for delay in delays_ms) / len(delays_ms)
-
-
-def test_each_edge_is_answered_or_refused_aloud(vcan, tmp_path, button, capsys):
-    """With random unplugging between: every edge put three frames on the bus, or was told not to have; the record agrees. Within 10
-    and 100 ms, but for a few that a busy machine held up where the watch of its pauses does not see it."""
-    (name,) = vcan()
-    with listener() as bus, Pauses(tmp_path / "pauses") as pauses, Guarded(button, tmp_path / "s", "--stop", name) as recording:
+def stops_in_time(name, folder, button, capsys):
+    """Presses and unplugs, holds what was recorded against it, and shows the delays; were all within their limits?"""
+    with listener() as bus, Pauses(folder / "pauses") as pauses, Guarded(button, folder / "s", "--stop", name) as recording:
         edges = press_and_unplug(button, bus, recording, name, STOPS)
         recording.stop(status=1)
     refused = len(edges) - STOPS
@@ -341,7 +335,18 @@ def test_each_edge_is_answered_or_refused_aloud(vcan, tmp_path, button, capsys):
     with capsys.disabled():
         print(f"\n  {STOPS} stops sent, the slowest on the bus {max(to_bus):.1f} ms after the edge ({by_the_clock:.1f} ms with the guest's own "
               f"pauses); {refused} refused aloud; told within {max(to_word):.0f} ms")  # fmt: skip
-    assert share_within(to_bus, STOP_MS) >= IN_TIME and share_within(to_word, WORD_MS) >= IN_TIME
+    return max(to_bus) <= STOP_MS and max(to_word) <= WORD_MS
+
+
+def test_each_edge_is_answered_or_refused_aloud(vcan, tmp_path, button, capsys):
+    """With random unplugging between: every edge put three frames on the bus within 10 ms, or was told within 100 ms not to have;
+    the record agrees. A busy machine holds one up now and then where the watch of its pauses does not see it: all are tried again."""
+    (name,) = vcan()
+    for k in range(BATCHES):
+        (tmp_path / str(k)).mkdir()
+        if stops_in_time(name, tmp_path / str(k), button, capsys):
+            return
+    pytest.fail(f"in each of {BATCHES} batches a stop was late")
 
 
 @pytest.mark.parametrize("change", [STOP_SLEEPS, STOP_BUSY], ids=["asleep", "busy"])
@@ -352,7 +357,7 @@ def test_a_late_stop_is_found(vcan, tmp_path, button, change):
     with listener() as bus, Pauses(tmp_path / "pauses") as pauses, Guarded(button, tmp_path / "s", "--stop", name, path=path) as recording:
         edges = [press(button, bus, recording, there=True) for _ in range(10)]
         recording.stop()
-    assert share_within(delays_ms(edges, pauses)[0], STOP_MS) < IN_TIME
+    assert max(delays_ms(edges, pauses)[0]) > STOP_MS
 
 
 def test_a_pressed_button_lets_nobody_play(vcan, tmp_path, button):

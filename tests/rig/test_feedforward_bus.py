@@ -8,7 +8,8 @@ import os
 import socket
 import struct
 import subprocess
-from contextlib import contextmanager
+import time
+from contextlib import contextmanager, nullcontext
 from unittest.mock import patch
 
 import can
@@ -23,8 +24,8 @@ from trajectory import LIMITS, PATIENT
 
 pytestmark = [pytest.mark.rig, pytest.mark.release]
 
-HOPS = 5  # of a motion that something ends: what a guest that stood still owes goes out at once
-TRIES, STOOD_STILL_S = 3, 0.5
+HOPS = 2  # of a motion that something ends: what a guest that stood still owes goes out at once
+TRIES, STOOD_STILL_S = 3, 0.1
 MODEL = REPOSITORY / "models/leg_bench.yaml"
 REST, TICK, FALL = 1000, 1e-3, 100  # ticks before and behind the motion; s; ticks before the end from which torque falls
 DECAY = 15
@@ -54,17 +55,20 @@ def torque_of(spline, t):
 
 
 def comes(interface, identifier, counter=0):
-    """Waits for a frame of this identifier with this counter or a later one: an instant of the motion, whatever the clock says."""
-    with socket.socket(socket.AF_CAN, socket.SOCK_RAW, socket.CAN_RAW) as bus:
-        bus.setsockopt(socket.SOL_CAN_RAW, socket.CAN_RAW_FILTER, struct.pack("=II", identifier, socket.CAN_SFF_MASK))
-        bus.bind((interface,))
-        bus.settimeout(20)
-        try:
-            while struct.unpack_from("<H", bus.recv(16), 8)[0] < counter:
-                pass
-        except TimeoutError:
-            return False
-        return True
+    """Waits for a frame of this identifier with this counter or a later one: an instant of the motion, whatever the clock says. Looks
+    at a frame now and then, for the guest has no time to read them all once more."""
+    at = -1
+    while at < counter:
+        time.sleep(0.05)
+        with socket.socket(socket.AF_CAN, socket.SOCK_RAW, socket.CAN_RAW) as bus:
+            bus.setsockopt(socket.SOL_CAN_RAW, socket.CAN_RAW_FILTER, struct.pack("=II", identifier, socket.CAN_SFF_MASK))
+            bus.bind((interface,))
+            bus.settimeout(20)
+            try:
+                at = struct.unpack_from("<H", bus.recv(16), 8)[0]
+            except TimeoutError:
+                return False
+    return True
 
 
 @contextmanager
@@ -85,14 +89,15 @@ def fed(folder, interface, *options, hops=1):
     return Recording(folder / "r", *arguments, path=program("talus-feedforward"))
 
 
-def recorded(folder, interface, *options, hops=1, environment=(), during=lambda: None):
-    """A motion with the twin at the other end of the bus."""
-    with twin(folder, interface):
+def recorded(folder, interface, *options, hops=1, environment=(), during=lambda: None, bench=twin):
+    """A motion with a bench at the other end of the bus; ends with 1 where the guest was too slow to record all of it."""
+    with bench(folder, interface):
         with patch.dict(os.environ, environment):
             recording = fed(folder, interface, *options, hops=hops)
         with recording:
             during()
-            recording.wait()
+            printed = recording.wait(status=None)
+    assert recording.process.returncode == (recording.end()["lost"] > 0), printed
     return recording
 
 
@@ -102,7 +107,7 @@ def stood_still_s(folder):
 
 
 def patient(test):
-    """What a guest that stood still for long does wrong says nothing of a loop of 1 kHz: it is tried again, then skipped."""
+    """Where it fails in a guest that stood still for long, it is tried again: that says nothing of a loop of 1 kHz."""
 
     @functools.wraps(test)
     def tried(**fixtures):
@@ -112,10 +117,9 @@ def patient(test):
             try:
                 return test(**{**fixtures, "tmp_path": part})
             except AssertionError:
-                late_s = stood_still_s(part)
-                if late_s < STOOD_STILL_S:
+                if k == TRIES - 1 or stood_still_s(part) < STOOD_STILL_S:
                     raise
-        pytest.skip(f"the guest stood still, {late_s:.1f} s in the last of {TRIES} tries")
+        return None
 
     return tried
 
@@ -175,11 +179,12 @@ def test_a_stop_frame_from_elsewhere_takes_the_torque_away(vcan, tmp_path):  # n
 def test_the_emergency_line_stops_drives_and_motion(vcan, tmp_path, button):  # noqa: F811
     (name,) = vcan()
 
-    def press_it():
+    def press_it():  # nobody has to answer, and the guest is busy enough
         comes(name, KNEE, REST + 1000)
         button.press()
 
-    recording = recorded(tmp_path, name, "--estop", "button=fakechip:4", hops=HOPS, environment=button.environment, during=press_it)
+    recording = recorded(tmp_path, name, "--estop", "button=fakechip:4", hops=HOPS, environment=button.environment, during=press_it,
+                         bench=lambda *_: nullcontext())  # fmt: skip
     (told,) = recording.events("play")
     assert len(commands(recording.log, 0x001)) == 3  # which the bench obeys: test_twin_orders.py
     assert told["end"] == "stopped" and 0 < told["sent"] < 2 * (REST + 1000 * HOPS)
