@@ -16,6 +16,7 @@ import pytest
 
 REPOSITORY = Path(__file__).resolve().parents[1]
 BUILD = Path(os.environ.get("TALUS_BUILD") or REPOSITORY / "build")
+SHARE = float(os.environ.get("TALUS_SHARE", "1"))  # of what long tests do over and over
 DATA = Path(os.environ.get("TALUS_DATA") or REPOSITORY.parent / "shared" / "data")
 
 needs_data = pytest.mark.skipif(
@@ -29,6 +30,11 @@ def data(path):
     found = DATA / path
     assert found.exists(), f"{found} is not there"
     return found
+
+
+def many(whole):
+    """So many times, or TALUS_SHARE of it: of what a long test does over and over."""
+    return max(round(SHARE * whole), 1)
 
 
 def program(name):

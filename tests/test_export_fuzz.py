@@ -14,9 +14,11 @@ from pathlib import Path
 
 import pytest
 from bus_record import BEGIN_NS, DBC, MODEL, frames_of, twin, write
+from support import many
+
 from talus.acquire_export import command
 
-MANY, FIRST = int(os.environ.get("TALUS_FUZZ", "2000")), int(os.environ.get("TALUS_FUZZ_SEED", "10000"))
+MANY, FIRST = int(os.environ.get("TALUS_FUZZ", many(3000))), int(os.environ.get("TALUS_FUZZ_SEED", "10000"))
 LONGEST_S, MOST_MB = 10, 100
 NUMBERS = ("0", "-1", "1", "255", "256", "65536", "2147483648", "9223372036854775807", "9223372036854775808", "-9223372036854775809",
            "1e999", "-1e999", "1e-320", "NaN", "0.1", "2", "7", "8", "16", "33", "48", "63", "64", "true", "null", '"x"', "[]", "{}", "9" * 5000)  # fmt: skip

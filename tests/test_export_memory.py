@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 from bus_record import BEGIN_NS, DBC, MODEL, frames_of, twin, write_long
 from export_parts import follow
-from support import run
+from support import many, run
 from talus.acquire_export import command, spool
 from talus.acquire_export.clock import support_line
 from talus.acquire_export.encoders import PlaceMeans
@@ -197,7 +197,7 @@ def test_memory_of_a_large_record(tmp_path, frames):
 
     How fast that is, tools/bench/exporting.py shows.
     """
-    log, turns = tmp_path / "large.log", round(int(os.environ.get("TALUS_EXPORT_MB", "1000")) / MB_EACH)
+    log, turns = tmp_path / "large.log", round(int(os.environ.get("TALUS_EXPORT_MB", many(1000))) / MB_EACH)
     write_long(log, frames, turns // 10)
     _, tenth_s, _ = measured(tmp_path, log, 1)
     write_long(log, frames, turns)

@@ -50,6 +50,8 @@ FIRST = look(True, NONE, hz=30.0)
     (FIRST, [look(True, CAUSE)], None),
     (FIRST, [], None),
     (look(False, NONE), [look(False, CAUSE)], None),
+    (look(False, DOUBTED, stable=False), [look(False, CAUSE, stable=True)], 0),  # another low-pass contradicts the first
+    (look(False, DOUBTED, stable=False), [look(False, CAUSE, stable=False), look(False, UNKNOWN)], None),
 ])  # fmt: skip
 def test_the_look_that_is_taken(first, others, taken):
     assert look_again(first, ((number, None) for number in range(len(others))), lambda number, _: others[number]) is (

@@ -1,11 +1,10 @@
 """talus-gap's own search, probabilities and intervals on linear-Gaussian toys (theory/toy.py), against what theory has for them:
 Imhof's integral, SciPy, closed forms. Each with a few trials here, and with 2,000 or more where `long`; those with replicates
-with 500 or more there, unless TALUS_THEORY is set.
+with TALUS_SHARE of these.
 
 Tolerances are Monte-Carlo errors: what has a chance of one in a thousand, if theory is right, fails.
 """
 
-import os
 
 import numpy as np
 import pytest
@@ -19,10 +18,7 @@ RARE = 1e-3
 BELOW = 0.05  # that a probability of `none` may at the most be less than what comes true
 
 
-WHOLE = "whole" if os.environ.get("TALUS_THEORY") else "many"
-
-
-@pytest.fixture(params=["fast", pytest.param(WHOLE, marks=pytest.mark.long)])
+@pytest.fixture(params=["fast", pytest.param("whole", marks=pytest.mark.long)])
 def sizes(request):
     return request.param
 

@@ -6,6 +6,8 @@ from film.camera import Camera
 from film.pictures import Look
 from marker_eye import EDGE, HUES, PARTIAL, SEEN, Eye
 from marker_scenes import FOOT_OFFSET_RAD, RATE_HZ, SMALL, film_of, passers, rms
+from support import many
+
 from talus import check, ffi, lib
 
 pytestmark = pytest.mark.spread
@@ -99,9 +101,10 @@ def test_what_is_hidden_is_reported():
 @pytest.mark.long
 @pytest.mark.longest
 def test_none_swapped_in_ten_thousand_pictures():
-    seconds = 10_000 / RATE_HZ
+    pictures = many(10_000)
+    seconds = pictures / RATE_HZ
     film = film_of(seconds, seed=5, camera=Camera(**SMALL), look=Look(instants=2), passing=passers(seconds, 0.9, seed=5))
-    check_hidden(film, 10_000, Eye(radius_px=5))
+    check_hidden(film, pictures, Eye(radius_px=5))
 
 
 def crossing(t_s, seed, radius=8):

@@ -10,7 +10,7 @@ from film.camera import Camera
 from film.encode import Video
 from film.scene import Passing
 from marker_scenes import FOOT_OFFSET_RAD, SMALL, film_of, passers, rms
-from support import run
+from support import many, run
 
 NAMES = ("knee", "ankle", "heel", "toe")
 OUTSIDE = "/usr/share/doc/opencv-doc/examples/data"
@@ -141,7 +141,7 @@ def test_a_setup_that_lacks_something(filmed, tmp_path):
 @pytest.mark.parametrize("codec, kind", [("h264", "mp4"), ("mjpeg", "mov")])
 def test_centers_after_compression_at_1080p(tmp_path, codec, kind):
     film = film_of(3, seed=4, whole=True)
-    truths = write_film(tmp_path / f"film.{kind}", film, np.arange(120) / 120, codec)
+    truths = write_film(tmp_path / f"film.{kind}", film, np.arange(many(240)) / 120, codec)
     run("talus-track", "calibrate", "--out", tmp_path / "s.yaml", "--shank-length", 0.3615, "--pose", pose_of(truths[0]),
         tmp_path / f"film.{kind}")  # fmt: skip
     run("talus-track", "--setup", tmp_path / "s.yaml", "--out", tmp_path / "t.csv", tmp_path / f"film.{kind}")

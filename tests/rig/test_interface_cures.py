@@ -12,7 +12,7 @@ import pytest
 from recording import SOURCE, Recording, ip, send
 from support import REPOSITORY
 from test_acquire_can import check_whole, falling_stamps
-from test_acquire_plugging import PER_MS, numbers_of, plug_in, send_some
+from test_acquire_plugging import PER_MS, ROUNDS, numbers_of, plug_in, send_some
 from uncured import BOUND, LAST_WORD_NOT_HEARD, NOT_MERGED, OTHER_NOT_FOLLOWED, STAMPS_KEPT, uncured
 
 pytestmark = [pytest.mark.rig, pytest.mark.release]
@@ -107,7 +107,7 @@ def in_qemu():
     return vendor.exists() and vendor.read_text().strip() == "QEMU"
 
 
-DELETIONS = 25  # of each of the two tests: 50
+DELETIONS = ROUNDS + ROUNDS // 4  # of each of the two tests: 50
 
 
 @pytest.mark.parametrize("seed", [5, 6])

@@ -6,6 +6,7 @@ from math import log, sqrt
 
 import numpy as np
 from scipy.stats import spearmanr
+from support import many
 
 from talus.diagnosis import search as real
 from talus.diagnosis.calibration import gains
@@ -18,8 +19,7 @@ WHOLE = {"useless": 2000, "rough": 4100, "white": 4100, "outside": 2000, "wide":
 SLOW = ("rough", "white", "outside", "wide")  # with replicates
 SIZES = {
     "fast": {"useless": 300, "rough": 140, "white": 140, "outside": 80, "wide": 60, "measured": 260, "choices": 120},
-    "many": {name: number // 4 if name in SLOW else number for name, number in WHOLE.items()},
-    "whole": WHOLE,
+    "whole": {name: many(number) if name in SLOW else number for name, number in WHOLE.items()},
 }
 NUMBER = {name: k for k, name in enumerate(WHOLE)}  # of a study, its seed
 EDGES = (0.0, 0.02, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0)

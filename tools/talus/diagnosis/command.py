@@ -17,7 +17,7 @@ from talus.refused import Refused
 
 from . import experiment, fitted, gate, picture, report, tilt_source, words
 from .calibration import lowpass
-from .calibration.longer_windows import look_again
+from .calibration.longer_windows import hidden_by_readings, look_again
 from .catalogue.own import entries
 from .effects import EFFECTS
 from .gate import excerpt
@@ -239,7 +239,7 @@ def diagnose(options, step, own=()):
     again = functools.partial(judged, options, looks, model, lambda text, part=0.0: step(f"again: {text}", part))
     through, finished, verdict = look_again(first, looks.others(through, seed), again)
     if through.window_hz:
-        say(f"{NAME}: note: {windows_in_words(model, first[0], through)} (`--lowpass {through.window_hz:.3g}` identifies with them, too)")
+        say(f"{NAME}: note: {windows_in_words(model, first, through)} (`--lowpass {through.window_hz:.3g}` identifies with them, too)")
     step("maps")
     return report.diagnosis(finished, verdict, seed, findings, through), tree, model
 
@@ -255,11 +255,14 @@ def judged(options, looks, model, step, through, dataset):
 
 
 def windows_in_words(model, first, through):
-    """Why windows are longer than the model file's."""
+    """Why windows are longer than the model file's; `first` as judged() makes it."""
     short = "windows as short as the model file's low-pass asks for"
-    if through is first:
+    before, *found = first
+    if through is before:
         return f"{short} lose the {lowpass.inertia_of(model)}; longer ones were taken"
-    return f"through {short} steps and noise of the angles hide what the machine does; a low-pass of {through.hz:.3g} Hz and windows as long were taken"
+    why = "steps and noise of the angles hide what the machine does" if hidden_by_readings(*found) else (
+        "another low-pass does not show what is found, or not of that size")  # fmt: skip
+    return f"through {short} {why}; a low-pass of {through.hz:.3g} Hz and windows as long were taken"
 
 
 def run(arguments):

@@ -5,7 +5,7 @@ import numpy as np
 from ..figures import standard_errors
 from ..gram import Gram
 from ..torque_terms import TorqueTerms
-from .thresholds import DEVIATIONS
+from .thresholds import DEVIATIONS, PART
 
 MOST_RIVALS = 4
 
@@ -23,9 +23,15 @@ class Other:
         """Chi-square over noise that candidates leave on held-out blocks."""
         return self._held_out(chosen)[0] - self.dataset.freedom()
 
-    def strengths(self, chosen):
-        """Of all columns of candidates, fitted together."""
-        return self._held_out(chosen)[1]
+    def strengths_of(self, chosen):
+        """Each candidate's, fitted together."""
+        ends = np.cumsum([len(candidate.columns) for candidate in chosen])[:-1]
+        return np.split(np.asarray(self._held_out(chosen)[1]), ends)
+
+    def shown(self, candidate, strengths):
+        """What a candidate with these strengths does to the readings: root of the sum of squares, over the noise."""
+        rows = Gram(self.dataset, self.all_terms, [candidate]).gathered(candidate.columns)
+        return float(np.sqrt(sum(np.sum((strengths @ one) ** 2, dtype=float) for one in rows)))
 
     def excess_and_cost(self, chosen, temperature):
         """(excess, the same with what the machine beside them costs that is not the model file's, at a likelihood temperature)."""
@@ -38,24 +44,29 @@ class Other:
 
 
 def survives(search, fit, rivals, dataset):
-    """Is the first effect of a fit still the best there, or as good as the best, and worth having? `dataset` holds the same
-    recordings through another low-pass, over the same noise."""
+    """Is the first effect of a fit still the best there, or as good as the best, worth having, and of the same size? `dataset` holds
+    the same recordings through another low-pass, over the same noise."""
     dataset.sigma = dict(search.dataset.sigma)
     other, (first, *others) = Other(search, dataset), fit.chosen
     temperature = search.temperature_of(fit)
     named, cost = other.excess_and_cost([first, *others], temperature)
     beside = [other.excess_and_cost(rival.chosen, temperature)[1] for rival in rivals[:MOST_RIVALS] if rival.chosen[-1].key != first.key]
     near = search.detection_threshold + search.tolerated
-    return bool(named < other.excess(others) - search.detection_threshold and cost < min(beside, default=cost) + near)
+    worth = named < other.excess(others) - search.detection_threshold and cost < min(beside, default=cost) + near
+    return bool(worth and first.key in keep_their_size(search, fit, [dataset], PART))
 
 
-def keep_their_size(search, fit, datasets):
-    """Keys of a fit's effects that have the same strengths through other low-passes, as far as these are known. A law has; what the
-    sensors or the filter did has another size through another filter."""
-    owner = [candidate.key for candidate in fit.chosen for _ in candidate.columns]
-    own, errors, moved = np.concatenate(fit.strengths), np.concatenate(standard_errors(search, fit)), set()
+def keep_their_size(search, fit, datasets, within=0.0):
+    """Keys of a fit's effects that have the same strengths through other low-passes, as far as these are known, or do the same to the
+    readings `within` a share of it, where rivals were tried as well: no form is exact. A law keeps its size; what the sensors or the
+    filter did has another one through another filter."""
+    own, errors, moved = fit.strengths, standard_errors(search, fit), set()
     for dataset in datasets:
         dataset.sigma = dict(search.dataset.sigma)
-        far = np.abs(Other(search, dataset).strengths(fit.chosen) - own) > DEVIATIONS * errors
-        moved |= {key for key, one in zip(owner, far, strict=True) if one}
-    return set(owner) - moved
+        other = Other(search, dataset)
+        for candidate, here, there, error in zip(fit.chosen, own, other.strengths_of(fit.chosen), errors, strict=True):
+            change = np.subtract(there, here)
+            beyond = np.sign(change) * np.maximum(np.abs(change) - DEVIATIONS * np.array(error), 0.0)
+            if np.any(beyond) and other.shown(candidate, beyond) > within * other.shown(candidate, here):
+                moved.add(candidate.key)
+    return {candidate.key for candidate in fit.chosen} - moved
