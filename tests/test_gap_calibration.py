@@ -14,7 +14,7 @@ from support import REPOSITORY, run
 
 import talus
 from talus.diagnosis import command, nearest, verdict
-from talus.diagnosis.calibration import gains, lowpass, stability, thresholds
+from talus.diagnosis.calibration import gains, lowpass, thresholds
 from talus.diagnosis.calibration.gains import Calibration
 from talus.diagnosis.calibration.replicates import Source, driven
 from talus.diagnosis.effects import EFFECTS
@@ -185,37 +185,6 @@ def test_where_the_inertia_is_not_known_an_effect_must_gain_more_than_anything_i
 @pytest.mark.parametrize("kept, fixes", [(1.0, True), (0.92, True), (1.3, False), (0.6, False), (0.4, None), (0.05, None)])
 def test_an_inertia_is_known_within_a_tenth_and_mostly_lost_beyond_half(kept, fixes):
     assert lowpass.Lowpass(30.0, "data", kept - 1.0).fixes_inertia is fixes
-
-
-class Through:
-    """Strengths of two effects through another low-pass, of columns as large as the noise."""
-
-    def __init__(self, search, dataset):
-        self.strengths = dataset.strengths
-
-    def strengths_of(self, chosen):
-        return np.split(self.strengths, [1])
-
-    def shown(self, candidate, strengths):
-        return float(np.linalg.norm(strengths))
-
-
-@pytest.mark.parametrize(("strengths", "moves"), [
-    ([1.1, 2.1, 3.0], set()), ([1.5, 2.0, 3.0], {"law"}), ([0.4, 2.0, 3.0], {"law"}),
-    ([1.0, 2.5, 3.0], {"little"}),  # beyond its errors, and by less than a fifth of it
-    ([1.0, 3.0, 2.0], {"filter"})])  # fmt: skip
-def test_what_changes_its_size_with_the_low_pass_is_not_kept(monkeypatch, strengths, moves):
-    """But where rivals are tried as well it may change a little, for no form is exact."""
-    law, filters = SimpleNamespace(key=("law", "joint"), columns=[1]), SimpleNamespace(key=("filter", "joint"), columns=[2, 3])
-    monkeypatch.setattr(stability, "standard_errors", lambda search, fit: [[0.1], [0.1, 0.1]])
-    monkeypatch.setattr(stability, "Other", Through)
-    search = SimpleNamespace(dataset=SimpleNamespace(sigma={"T0": 1.0}))
-    fit = SimpleNamespace(chosen=[law, filters], strengths=[[1.0], [2.0, 3.0]])
-    same, other = (SimpleNamespace(strengths=np.array(x)) for x in ([1.0, 2.0, 3.0], strengths))
-    kept = {key for key in (law.key, filters.key) if key[0] not in moves}
-    assert stability.keep_their_size(search, fit, [other], thresholds.PART) == kept
-    strictly = kept - ({filters.key} if "little" in moves else set())
-    assert stability.keep_their_size(search, fit, [other]) == stability.keep_their_size(search, fit, [same, other]) == strictly
 
 
 def test_an_effect_that_opens_more_than_it_closes_does_not_outdo_the_replicates():

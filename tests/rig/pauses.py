@@ -4,7 +4,7 @@
         ...
     pauses.within(begin_ns, end_ns)
 
-A process of its own wants to wake every millisecond, before any thread of the program's, whatever those do (SCHED_FIFO, the highest
+A process of its own wants to wake every millisecond, or as often as is said, before any thread of the program's, whatever those do (SCHED_FIFO, the highest
 priority). What it wakes late is time that the machine did not give to the guest, or that one call of the kernel took. Times are monotonic.
 """
 
@@ -18,9 +18,9 @@ EVERY_NS, LATE_NS = 1_000_000, 200_000
 
 
 class Pauses:
-    def __init__(self, path):
+    def __init__(self, path, every_ns=EVERY_NS, late_ns=LATE_NS):
         self.path = Path(path)
-        self.process = subprocess.Popen([sys.executable, __file__, path])
+        self.process = subprocess.Popen([sys.executable, __file__, path, str(every_ns), str(late_ns)])
         while not self.path.exists() and self.process.poll() is None:
             time.sleep(0.01)
         assert self.process.poll() is None, "no process of the highest priority here"
@@ -35,22 +35,26 @@ class Pauses:
 
     def within(self, begin_ns, end_ns):
         """How much of this time the guest stood still [ns]; to be asked when all is over."""
+        return sum(self.each_within(begin_ns, end_ns))
+
+    def each_within(self, begin_ns, end_ns):
+        """Each pause of this time [ns]."""
         whole_lines = self.path.read_text().splitlines(keepends=True)
         found = [tuple(map(int, line.split())) for line in whole_lines if line.endswith("\n")]
-        return sum(max(min(end_ns, end) - max(begin_ns, begin), 0) for begin, end in found)
+        return [max(min(end_ns, end) - max(begin_ns, begin), 0) for begin, end in found]
 
 
-def watch(path):
+def watch(path, every_ns, late_ns):
     """Writes begin and end of each pause, one a line."""
     os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(os.sched_get_priority_max(os.SCHED_FIFO)))
     with open(path, "w", encoding="ascii", buffering=1) as file:
         while True:
-            due = time.monotonic_ns() + EVERY_NS
-            time.sleep(EVERY_NS / 1e9)
+            due = time.monotonic_ns() + every_ns
+            time.sleep(every_ns / 1e9)
             now = time.monotonic_ns()
-            if now - due > LATE_NS:
+            if now - due > late_ns:
                 file.write(f"{due} {now}\n")
 
 
 if __name__ == "__main__":
-    watch(sys.argv[1])
+    watch(sys.argv[1], *map(int, sys.argv[2:]))

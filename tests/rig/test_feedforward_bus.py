@@ -1,8 +1,6 @@
 """talus-feedforward on a real CAN interface, with the twin at its other end: the torque it sends is the model's, a stop from
 anywhere takes it away, and what the bus carried is recorded."""
 
-import functools
-import json
 import math
 import os
 import socket
@@ -25,7 +23,6 @@ from trajectory import LIMITS, PATIENT
 pytestmark = [pytest.mark.rig, pytest.mark.release]
 
 HOPS = 2  # of a motion that something ends: what a guest that stood still owes goes out at once
-TRIES, STOOD_STILL_S = 3, 0.1
 MODEL = REPOSITORY / "models/leg_bench.yaml"
 REST, TICK, FALL = 1000, 1e-3, 100  # ticks before and behind the motion; s; ticks before the end from which torque falls
 DECAY = 15
@@ -101,29 +98,6 @@ def recorded(folder, interface, *options, hops=1, environment=(), during=lambda:
     return recording
 
 
-def stood_still_s(folder):
-    played = [json.loads(line) for line in (folder / "r.jsonl").read_text().splitlines() if '"play"' in line]
-    return max((event.get("worst_late_ns", 0) / 1e9 for event in played), default=0.0)
-
-
-def patient(test):
-    """Where it fails in a guest that stood still for long, it is tried again: that says nothing of a loop of 1 kHz."""
-
-    @functools.wraps(test)
-    def tried(**fixtures):
-        for k in range(TRIES):
-            part = fixtures["tmp_path"] / str(k)
-            part.mkdir()
-            try:
-                return test(**{**fixtures, "tmp_path": part})
-            except AssertionError:
-                if k == TRIES - 1 or stood_still_s(part) < STOOD_STILL_S:
-                    raise
-        return None
-
-    return tried
-
-
 def torques(recording):
     """(rows, 2) torques that were sent, knee and ankle, by their counters."""
     both = [commands(recording.log, identifier) for identifier in (KNEE, 0x102)]
@@ -133,7 +107,6 @@ def torques(recording):
     return numpy.array([[one["TorqueFeedforward"] for _, one in sent[:n]] for sent in both]).T
 
 
-@patient
 def test_the_torque_on_the_bus_is_the_models(vcan, tmp_path, capsys):  # noqa: F811
     (name,) = vcan()
     _, spline = motion(tmp_path)
@@ -158,7 +131,6 @@ def test_the_torque_on_the_bus_is_the_models(vcan, tmp_path, capsys):  # noqa: F
     assert recording.end()["loop"] == {"page_faults_minor": 0, "page_faults_major": 0, "allocations": 0}
 
 
-@patient
 def test_a_stop_frame_from_elsewhere_takes_the_torque_away(vcan, tmp_path):  # noqa: F811
     (name,) = vcan()
 
@@ -175,7 +147,6 @@ def test_a_stop_frame_from_elsewhere_takes_the_torque_away(vcan, tmp_path):  # n
     assert set(after[DECAY + 3 :]) == {0.0}
 
 
-@patient
 def test_the_emergency_line_stops_drives_and_motion(vcan, tmp_path, button):  # noqa: F811
     (name,) = vcan()
 

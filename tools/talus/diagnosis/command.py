@@ -260,9 +260,9 @@ def windows_in_words(model, first, through):
     before, *found = first
     if through is before:
         return f"{short} lose the {lowpass.inertia_of(model)}; longer ones were taken"
-    why = "steps and noise of the angles hide what the machine does" if hidden_by_readings(*found) else (
-        "another low-pass does not show what is found, or not of that size")  # fmt: skip
-    return f"through {short} {why}; a low-pass of {through.hz:.3g} Hz and windows as long were taken"
+    why = f"through {short} steps and noise of the angles hide what the machine does" if hidden_by_readings(*found) else (
+        f"what is found through {short} does not show through another low-pass, or has another size there")  # fmt: skip
+    return f"{why}; a low-pass of {through.hz:.3g} Hz and windows as long were taken"
 
 
 def run(arguments):

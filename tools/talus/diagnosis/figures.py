@@ -159,7 +159,7 @@ def closes(dataset, before, last, now):
 
 def standard_errors(search, fit):
     """Standard deviation of every strength, by the noise and by what is left beside it; one list a candidate."""
-    return _by_candidate(fit, np.sqrt(np.maximum(np.diag(covariance(search, fit)), 0.0)))
+    return by_candidate(fit, np.sqrt(np.maximum(np.diag(covariance(search, fit)), 0.0)))
 
 
 def covariance(search, fit):
@@ -177,9 +177,9 @@ def errors_by_stretch(search, fit):
     filled = np.any(sums != 0, axis=1)
     count = np.count_nonzero(filled)
     if count < FEWEST_STRETCHES:
-        return _by_candidate(fit, np.zeros(len(scale)))
+        return by_candidate(fit, np.zeros(len(scale)))
     moved = sums[filled] / scale @ inverse
-    return _by_candidate(fit, np.sqrt(count / (count - 1) * np.sum(moved**2, axis=0)) / scale)
+    return by_candidate(fit, np.sqrt(count / (count - 1) * np.sum(moved**2, axis=0)) / scale)
 
 
 def _products(search, fit):
@@ -195,7 +195,7 @@ def _inverse(products):
     return np.linalg.inv(products / np.outer(scale, scale) + 1e-10 * np.eye(len(scale))), scale
 
 
-def _by_candidate(fit, errors):
+def by_candidate(fit, errors):
     """Figures of all unknowns, of which the columns of a fit's candidates stand last, as one list a candidate."""
     count = sum(len(candidate.columns) for candidate in fit.chosen)
     every = list(errors[len(errors) - count:])

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ..figures import standard_errors
+from ..figures import by_candidate, standard_errors
 from ..gram import Gram
 from ..torque_terms import TorqueTerms
 from .thresholds import DEVIATIONS, PART
@@ -23,15 +23,18 @@ class Other:
         """Chi-square over noise that candidates leave on held-out blocks."""
         return self._held_out(chosen)[0] - self.dataset.freedom()
 
-    def strengths_of(self, chosen):
-        """Each candidate's, fitted together."""
-        ends = np.cumsum([len(candidate.columns) for candidate in chosen])[:-1]
-        return np.split(np.asarray(self._held_out(chosen)[1]), ends)
-
-    def shown(self, candidate, strengths):
-        """What a candidate with these strengths does to the readings: root of the sum of squares, over the noise."""
-        rows = Gram(self.dataset, self.all_terms, [candidate]).gathered(candidate.columns)
-        return float(np.sqrt(sum(np.sum((strengths @ one) ** 2, dtype=float) for one in rows)))
+    def moved(self, fit, errors, within=0.0):
+        """Keys of a fit's effects that have other strengths there: by more than DEVIATIONS of their `errors`, and what is beyond that does
+        more to the readings than the share `within` of what the effect does itself."""
+        gram, keys = Gram(self.dataset, self.all_terms, fit.chosen), set()
+        strengths = by_candidate(fit, gram.held_out(self.search.columns(fit.chosen))[1])
+        for candidate, here, there, error in zip(fit.chosen, fit.strengths, strengths, errors, strict=True):
+            change = np.subtract(there, here)
+            beyond = np.sign(change) * np.maximum(np.abs(change) - DEVIATIONS * np.array(error), 0.0)
+            rows = gram.gathered(candidate.columns)
+            if np.any(beyond) and shown(rows, beyond) > within * shown(rows, np.array(here)):
+                keys.add(candidate.key)
+        return keys
 
     def excess_and_cost(self, chosen, temperature):
         """(excess, the same with what the machine beside them costs that is not the model file's, at a likelihood temperature)."""
@@ -43,9 +46,14 @@ class Other:
         return Gram(self.dataset, self.all_terms, chosen).held_out(self.search.columns(chosen))
 
 
+def shown(rows, strengths):
+    """What columns with these strengths do to the readings: root of the sum of squares, over the noise."""
+    return float(np.sqrt(sum(np.sum((strengths @ one) ** 2) for one in rows)))
+
+
 def survives(search, fit, rivals, dataset):
-    """Is the first effect of a fit still the best there, or as good as the best, worth having, and of the same size? `dataset` holds
-    the same recordings through another low-pass, over the same noise."""
+    """Is the first effect of a fit still the best there, or as good as the best, worth having, and of the same size but for PART, for
+    no form is exact? `dataset` holds the same recordings through another low-pass, over the same noise."""
     dataset.sigma = dict(search.dataset.sigma)
     other, (first, *others) = Other(search, dataset), fit.chosen
     temperature = search.temperature_of(fit)
@@ -53,20 +61,14 @@ def survives(search, fit, rivals, dataset):
     beside = [other.excess_and_cost(rival.chosen, temperature)[1] for rival in rivals[:MOST_RIVALS] if rival.chosen[-1].key != first.key]
     near = search.detection_threshold + search.tolerated
     worth = named < other.excess(others) - search.detection_threshold and cost < min(beside, default=cost) + near
-    return bool(worth and first.key in keep_their_size(search, fit, [dataset], PART))
+    return bool(worth) and first.key not in other.moved(fit, standard_errors(search, fit), PART)
 
 
-def keep_their_size(search, fit, datasets, within=0.0):
-    """Keys of a fit's effects that have the same strengths through other low-passes, as far as these are known, or do the same to the
-    readings `within` a share of it, where rivals were tried as well: no form is exact. A law keeps its size; what the sensors or the
-    filter did has another one through another filter."""
-    own, errors, moved = fit.strengths, standard_errors(search, fit), set()
+def keep_their_size(search, fit, datasets):
+    """Keys of a fit's effects that have the same strengths through other low-passes, as far as these are known. A law has; what the
+    sensors or the filter did has another size through another filter."""
+    errors, moved = standard_errors(search, fit), set()
     for dataset in datasets:
         dataset.sigma = dict(search.dataset.sigma)
-        other = Other(search, dataset)
-        for candidate, here, there, error in zip(fit.chosen, own, other.strengths_of(fit.chosen), errors, strict=True):
-            change = np.subtract(there, here)
-            beyond = np.sign(change) * np.maximum(np.abs(change) - DEVIATIONS * np.array(error), 0.0)
-            if np.any(beyond) and other.shown(candidate, beyond) > within * other.shown(candidate, here):
-                moved.add(candidate.key)
+        moved |= Other(search, dataset).moved(fit, errors)
     return {candidate.key for candidate in fit.chosen} - moved
