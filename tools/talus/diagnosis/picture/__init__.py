@@ -19,7 +19,8 @@ __all__ = ["page", "sentence"]
 GAP = {"nominal": "as given", "identified": "identified", "extended": "with effects", "noise_floor": "noise floor"}
 ROLES = {"nominal": "nominal", "identified": "identified", "extended": "extended", "noise_floor": "noise"}
 MOST_CAUSES, MOST_PLACES, LEAST_SHOWN = 8, 8, 0.005
-SHOWS = {True: " The named effect shows at {:.3g} Hz, too.", False: " At {:.3g} Hz the named effect does not show: its probability is lowered."}
+SHOWS = {True: " The named effect shows at {:.3g} Hz, too.",
+         False: " At {:.3g} Hz the named effect does not show, or has another size: its probability is lowered."}
 SAME_SIZE = {True: " The named effect has the same size at half and at twice of that frequency.",
              False: " At half or at twice of it the named effect has another size: its probability is lowered."}  # fmt: skip
 MOST_POINTS = 1500  # of a trajectory: more than a screen shows
