@@ -13,6 +13,8 @@
 CC ?= cc
 CFLAGS ?= -O3 -g
 BUILD ?= build
+# By its absolute path, too, a folder of this tree is the same build: the path is among the flags.
+override BUILD := $(BUILD:$(CURDIR)/%=%)
 PREFIX ?= /usr/local
 JOBS ?= $(shell nproc 2>/dev/null || echo 1)
 VENV ?= .venv

@@ -55,8 +55,8 @@ def run(name, *arguments, status=0, **options):
     return done
 
 
-def make_variable(name):
-    """A variable of the Makefile, as a list of words."""
-    make = ["make", "-s", "--no-print-directory", "-C", str(REPOSITORY), f"print-{name}"]
+def make_variable(name, *given):
+    """A variable of the Makefile, as a list of words, where others are `given` on the command line."""
+    make = ["make", "-s", "--no-print-directory", "-C", str(REPOSITORY), f"print-{name}", *given]
     environment = {k: v for k, v in os.environ.items() if k != "LD_PRELOAD"}  # make is not ours to sanitize
     return subprocess.run(make, check=True, capture_output=True, text=True, env=environment).stdout.split()

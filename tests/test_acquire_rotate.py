@@ -177,8 +177,9 @@ def test_a_file_that_cannot_be_compressed_stays(tmp_path):
     assert len(record.read(tmp_path / "r.log").line) == count and not list(tmp_path.glob("*.part"))
 
 
+@pytest.mark.long
 @pytest.mark.release
-@pytest.mark.parametrize("call", [1, pytest.param(2, marks=pytest.mark.long)])
+@pytest.mark.parametrize("call", [1, 2])
 def test_a_disk_that_fails_under_the_compressed_file(tmp_path, monkeypatch, call):
     """What it did not confirm does not replace what it did."""
     library = tmp_path / "failing_disk.so"

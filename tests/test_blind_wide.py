@@ -77,7 +77,7 @@ def test_a_slider_slides_by_the_closed_form():
     assert np.abs(held["knee_motor"]).max() < 1e-15  # dry friction holds what is less than it
 
 
-@pytest.mark.parametrize("kind", ["pendulum", "slider"])
+@pytest.mark.parametrize("kind", [pytest.param("pendulum", marks=pytest.mark.long), "slider"])
 def test_energy_balances(benches, kind):
     """What the motor puts in and friction takes away is what the joint gains."""
     case, _ = benches[kind]

@@ -27,7 +27,8 @@ import pytest
 from support import BUILD, REPOSITORY, run
 
 PAGES = ["README.md", *sorted(f"docs/{path.name}" for path in (REPOSITORY / "docs").glob("*.md"))]
-LONG = ("docs/camera.md", "docs/python.md", "docs/talus-track.md")  # films that are drawn and followed, and many diagnoses
+# films that are drawn and followed, and many diagnoses
+LONG = ("docs/camera.md", "docs/diagnosis.md", "docs/effects.md", "docs/python.md", "docs/talus-fleet.md", "docs/talus-track.md")
 CHINESE = "README.zh.md"
 BLOCK = re.compile(r"(?:<!-- file: (\S+) -->\n)?^```(\w*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 NUMBER = re.compile(r"[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?")

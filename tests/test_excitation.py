@@ -289,7 +289,8 @@ def test_speed_up_is_the_same_way_in_less_time(make):
 # ---- limits -----------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("make", [lambda: paper(), lambda: multisine(seed=2, fade_s=2.0), lambda: ramps()])
+@pytest.mark.parametrize("make", [
+    *(pytest.param(make, marks=pytest.mark.long) for make in (paper, lambda: multisine(seed=2, fade_s=2.0))), ramps])
 def test_peaks_are_those_of_brute_force(make):
     m, e = leg(), make()
     until = lib.tl_excitation_length_s(e) + e.fade_s

@@ -115,7 +115,7 @@ def random_frames(generator):
     return out
 
 
-@pytest.mark.parametrize("period_s", [0.0, 0.001])
+@pytest.mark.parametrize("period_s", [0.0, pytest.param(0.001, marks=pytest.mark.long)])
 def test_no_fault_depends_on_where_chunks_end(period_s):
     for seed in range(40):
         frames = random_frames(random.Random(seed))
@@ -183,6 +183,7 @@ def frames(tmp_path_factory):
     return frames_of(twin(tmp_path_factory.mktemp("memory"), duration=10))
 
 
+@pytest.mark.long
 def test_memory_does_not_grow_with_the_record(tmp_path, frames):
     """A minute and four: 6 and 23 MB of text."""
     write_long(tmp_path / "short.log", frames, 6)
@@ -264,7 +265,8 @@ def test_no_room_for_what_is_computed_on_the_way(tmp_path, frames):
     assert [path.name for path in tmp_path.iterdir()] == ["r.log"]
 
 
-@pytest.mark.parametrize("what", ["doubled frames", "counters at random", "in pairs", "lines without anything"])
+@pytest.mark.parametrize("what", [
+    pytest.param("doubled frames", marks=pytest.mark.long), "counters at random", "in pairs", "lines without anything"])
 def test_memory_of_what_nobody_means(tmp_path, frames, what):
     generator, lines = random.Random(1), [frame.line for frame in frames]
     if what == "doubled frames":

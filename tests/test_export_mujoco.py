@@ -257,6 +257,7 @@ def test_callbacks_carry_the_rest(effects):
     near(model, by_mujoco(model, carried=True, shown=shown, seconds=5.0, step_s=2.5e-4), 5.0)
 
 
+@pytest.mark.long
 def test_a_callback_carries_friction_and_its_linkage():
     model = model_of("leg", [("stribeck", "knee", {}), ("load_friction", "ankle", {})])
     near(model, by_mujoco(model, True, seconds=2.0, step_s=2.5e-4), 2.0)
@@ -327,7 +328,8 @@ def loaded(model, seconds=8.0, step_s=5e-4, every=8):
     return {name: np.array([row[name] for row in rows]) for name in rows[0]}, np.array(pushed)
 
 
-@pytest.mark.parametrize("others", [[], [("stribeck", "joint", {}), ("cogging", "joint", {}), ("torque_constant", "joint", {"excess": 0.1})]], ids=name_of)
+@pytest.mark.parametrize("others", [
+    pytest.param([], marks=pytest.mark.long), [("stribeck", "joint", {}), ("cogging", "joint", {}), ("torque_constant", "joint", {"excess": 0.1})]], ids=name_of)
 def test_a_sensor_at_the_output_shows_what_else_pushes_and_its_zero(others):
     """To the last digits, also while the joint sticks; and as the library predicts it, which knows no payload."""
     model = model_of("pendulum", [*others, ("sensor_offset", "joint", {"offset_Nm": 0.3})])

@@ -76,7 +76,8 @@ def test_it_helps_with_other_friction_than_the_models(tmp_path, of_model):
         assert left <= 0.5
 
 
-@pytest.mark.parametrize("effect", ["asymmetric_friction", pytest.param("gravity_tilt", marks=pytest.mark.long)])
+@pytest.mark.long
+@pytest.mark.parametrize("effect", ["asymmetric_friction", "gravity_tilt"])
 def test_an_effect_that_was_found_helps_more(tmp_path, effect):
     truth, recording = bench(tmp_path, effect)
     report, extended = tmp_path / "gap.json", tmp_path / "extended.yaml"

@@ -58,6 +58,7 @@ def test_a_run_is_talus_gap_on_each_recording(recordings, many, tmp_path):
         assert (own / name).read_bytes() == (tmp_path / name).read_bytes()
 
 
+@pytest.mark.long
 def test_shards_make_the_same_files_the_report_says_what_is_missing_and_a_run_goes_on(recordings, many, tmp_path, capsys):
     here(capsys, "run", recordings / "fleet.csv", "--out", tmp_path, "--shard", "2/3")
     here(capsys, "report", tmp_path)
@@ -117,6 +118,7 @@ def test_the_longest_recordings_come_first(tmp_path, monkeypatch):
 # ---- processes that die, and what the scheduler holds --------------------------------
 
 
+@pytest.mark.long
 def test_a_killed_process_loses_nothing_and_the_scheduler_holds_few(tmp_path):
     """300 items of work that takes a moment; two workers are killed on the way."""
     import distributed

@@ -331,6 +331,7 @@ def test_a_column_that_runs_away_explains_nothing(tmp_path):
     assert beside[0] == pytest.approx(alone[0], rel=1e-6) and np.all(np.isfinite(beside[1]))
 
 
+@pytest.mark.long
 def test_coarse_encoders_get_a_slower_low_pass_and_fine_ones_do_not(tmp_path):
     """14 bits at 250 samples a second pull the inertia down by several percent at 30 Hz; 20 bits leave it alone."""
     fine = diagnosed(tmp_path, PENDULUM, bench(tmp_path, PENDULUM, "--duration", "40", "--encoder-bits", "20"), "--quick")
@@ -348,6 +349,7 @@ def test_the_low_pass_is_the_options_or_the_models(tmp_path):
     assert (found["hz"], found["from"]) == (18.0, "model")
 
 
+@pytest.mark.long
 def test_the_low_pass_of_the_option_does_what_the_model_files_does(tmp_path):
     """Windows of the motion and identification follow it, too."""
     path = bench(tmp_path, PENDULUM, "--duration", "20", "--encoder-bits", "13")
@@ -376,6 +378,7 @@ def looks_of(model, folder, path):
     return lowpass.Looks(given, recordings, names, tree, lowpass.processed_at(given, recordings, names, given.score.lowpass_hz), EFFECTS)
 
 
+@pytest.mark.long
 def test_windows_grow_where_no_low_pass_leaves_the_inertia_alone(tmp_path):
     """12 bits at 250 samples a second: through windows of a thirtieth of a second more than a tenth of what talus-sim moved is
     lost at any low-pass, through longer ones it is there."""
@@ -440,7 +443,7 @@ def test_a_low_pass_that_is_no_frequency_is_refused(tmp_path):
 
 
 @pytest.mark.parametrize(("model", "options"), [
-    (PENDULUM, ()),
+    pytest.param(PENDULUM, (), marks=pytest.mark.long),
     pytest.param(PENDULUM, ("--rate", "200", "--encoder-bits", "16", "--excitation", "paper", "--fit"), marks=pytest.mark.long),
     pytest.param(LEG, ("--rate", "125", "--duration", "60"), marks=pytest.mark.long),
     pytest.param(LEG, ("--rate", "100", "--encoder-bits", "16", "--duration", "60"), marks=pytest.mark.long),

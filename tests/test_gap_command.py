@@ -96,6 +96,7 @@ def test_no_effect_is_none(plain):
         assert 0.9 * gap["noise_floor_rms"] < gap["identified_rms"] < 1.2 * gap["noise_floor_rms"]
 
 
+@pytest.mark.long
 def test_the_same_seed_gives_the_same_bytes(plain):
     folder, _ = plain
     first = (folder / "gap.json").read_bytes(), (folder / "f.yaml").read_bytes()
@@ -117,7 +118,8 @@ def friction_at(tree, speed, effect):
     return plain["coulomb_Nm"] + plain["viscous_Nms_rad"] * speed + curved
 
 
-@pytest.mark.parametrize(("effect", "joint"), EFFECTS)
+@pytest.mark.parametrize(("effect", "joint"), [
+    ("nonlinear_viscous", "knee"), pytest.param("parallel_spring", "ankle", marks=pytest.mark.long)])
 def test_a_simulated_effect_is_named(tmp_path, effect, joint):
     hidden = EFFECTS[effect, joint]
     recording = simulate(tmp_path, {(effect, joint): hidden})
@@ -209,6 +211,7 @@ def test_help_and_version():
 # ---- what tells causes apart ---------------------------------------------------------
 
 
+@pytest.mark.long
 def test_the_saved_model_predicts_what_the_report_says(tmp_path):
     """A law that hangs on load and friction is fitted at the parameters that are saved with it."""
     hidden = {("load_friction", "knee"): {"coefficient": 0.25, "rotor_share": 1.0, "friction_share": 1.0}}
@@ -222,14 +225,14 @@ def test_the_saved_model_predicts_what_the_report_says(tmp_path):
     assert found["coefficient"] == pytest.approx(0.25, rel=0.03)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("effect, parameters", [
     ("directional_efficiency", {"driving": 0.25, "back_driving": 0.1}),
-    *(pytest.param(effect, parameters, marks=pytest.mark.long) for effect, parameters in (
-        ("load_friction", {"coefficient": 0.2}),
-        ("load_friction", {"coefficient": 0.2, "friction_share": 1.0}),
-        ("directional_efficiency", {"driving": 0.1, "back_driving": 0.25}),
-        ("directional_efficiency", {"driving": 0.15, "back_driving": 0.0}),
-        ("directional_efficiency", {"driving": 0.0, "back_driving": 0.15}))),
+    ("load_friction", {"coefficient": 0.2}),
+    ("load_friction", {"coefficient": 0.2, "friction_share": 1.0}),
+    ("directional_efficiency", {"driving": 0.1, "back_driving": 0.25}),
+    ("directional_efficiency", {"driving": 0.15, "back_driving": 0.0}),
+    ("directional_efficiency", {"driving": 0.0, "back_driving": 0.15}),
 ])  # fmt: skip
 def test_the_scale_on_the_load_tells_an_efficiency_from_load_friction(tmp_path, effect, parameters):
     """Both have the same half difference between driving and driven back; the sum of the two is a scale."""
@@ -247,8 +250,8 @@ def test_load_friction_of_a_gear_that_is_hardly_driven_back_has_its_size(tmp_pat
 
 @pytest.mark.parametrize("effect, parameters, other", [
     ("load_friction", {"coefficient": 0.1}, "directional_efficiency"),
-    ("directional_efficiency", {"driving": 0.5, "back_driving": 0.3}, "load_friction"),
-    pytest.param("directional_efficiency", {"driving": 0.3, "back_driving": 0.5}, "load_friction", marks=pytest.mark.long),
+    *(pytest.param("directional_efficiency", {"driving": driving, "back_driving": back}, "load_friction", marks=pytest.mark.long)
+      for driving, back in ((0.5, 0.3), (0.3, 0.5))),
 ])  # fmt: skip
 def test_of_a_single_joint_only_the_size_tells_an_efficiency_from_load_friction(tmp_path, effect, parameters, other):
     """Inertia and gravity take up the scale: of friction more than a quarter of the load is not usual."""
@@ -266,7 +269,8 @@ BEHIND_THE_GEAR = {
 }
 
 
-@pytest.mark.parametrize("effect", [pytest.param("backlash", marks=pytest.mark.long), "elasticity"])
+@pytest.mark.long
+@pytest.mark.parametrize("effect", BEHIND_THE_GEAR)
 def test_what_lies_behind_the_knees_gear_is_named_without_an_encoder_there(tmp_path, effect):
     """Forward in time motor and link are two bodies; the diagnosis steps the link alone, along the recorded motor."""
     recording = simulate(tmp_path, {(effect, "knee"): BEHIND_THE_GEAR[effect]})

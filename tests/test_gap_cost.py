@@ -51,7 +51,7 @@ def by_one_process(recorded, tmp_path_factory):
     return written(tmp_path_factory.mktemp("one"), recorded, 1, 1)
 
 
-@pytest.mark.parametrize(("processes", "threads"), [(2, 3), (4, 1)])
+@pytest.mark.parametrize(("processes", "threads"), [pytest.param(2, 3, marks=pytest.mark.long), (4, 1)])
 def test_any_number_of_processes_and_threads_gives_the_same_bytes(recorded, by_one_process, processes, threads, tmp_path):
     """Threads are those of NumPy's linear algebra; talus-gap asks for one."""
     assert written(tmp_path, recorded, processes, threads) == by_one_process

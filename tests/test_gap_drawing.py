@@ -174,8 +174,9 @@ def beside_a_spring(rate_Hz, *coefficients, machine=(0.045, 0.15)):
     return talus.diagnose(PENDULUM, talus.simulate(talus.Model.from_text(text), duration_s=60, rate_hz=rate_Hz))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("rate_Hz", "linear", "cube", "moment_kg_m"), [
-    (100, 0.0, 2.0, 0.15), (250, 0.0, 2.0, 0.17), pytest.param(250, 3.0, 0.0, 0.13, marks=pytest.mark.long)])  # fmt: skip
+    (100, 0.0, 2.0, 0.15), (250, 0.0, 2.0, 0.17), (250, 3.0, 0.0, 0.13)])  # fmt: skip
 def test_a_springs_size_is_told_beside_the_drawn_gravity(rate_Hz, linear, cube, moment_kg_m):
     """A line less a sine is a cube: beside any gravity -57 q + 11 q^3 Nm does as well as 2 q^3."""
     found = beside_a_spring(rate_Hz, linear, cube, 0.0, machine=(0.042, moment_kg_m))
@@ -195,7 +196,8 @@ def test_beside_a_machine_that_is_not_drawn_sizes_are_told_as_the_recording_has_
     assert found.model.base["inertia"] == pytest.approx(0.2, rel=0.01)
 
 
-@pytest.mark.parametrize("rate_Hz", [pytest.param(80, marks=pytest.mark.long), 100])
+@pytest.mark.long
+@pytest.mark.parametrize("rate_Hz", [80, 100])
 def test_a_spring_that_moves_gravity_is_no_elasticity_beside_another_machine(rate_Hz):
     """The fit without any effect finds another gravity, and that beside an elasticity is 4.5 times the file's; so it is through half the low-pass."""
     found = beside_a_spring(rate_Hz, 0.0, 2.0, 0.5).report
@@ -234,19 +236,18 @@ def beside_a_cubic_spring(share):
     return talus.diagnose(model, talus.Recording(columns)).report
 
 
-LARGE = pytest.param(0.51, marks=pytest.mark.long)
-
-
+@pytest.mark.long
 @needs_data
-@pytest.mark.parametrize("share", [0.26, LARGE])
+@pytest.mark.parametrize("share", [0.26, 0.51])
 def test_a_spring_that_takes_the_inertia_is_named(share):
     found = beside_a_cubic_spring(share)
     named = [found["verdict"], *found["alternatives"]]
     assert sum(one["probability"] for one in named if one["effect"] == "parallel_spring") > 0.2
 
 
+@pytest.mark.long
 @needs_data
-@pytest.mark.parametrize("share", [0.26, LARGE])
+@pytest.mark.parametrize("share", [0.26, 0.51])
 def test_a_spring_that_takes_the_inertia_is_no_coarse_sensor(share):
     """Without it the shoulder's inertia is fitted as a hundredth of what it is, or as negative, and no such machine moves as this one did:
     the sensors are as good as they were, and there are replicates of the machine that has the spring."""

@@ -201,6 +201,7 @@ def test_what_needs_more_than_a_trajectory_is_said():
     assert beyond(["stribeck"]) == (None, None)
 
 
+@pytest.mark.long
 def test_the_command_writes_a_file_that_the_twin_runs(twin, tmp_path):
     folder = twin[0]
     run("talus-gap", "--quick", "--model", LEG, "--report", tmp_path / "gap.json", folder / "old.csv")

@@ -295,8 +295,9 @@ def diagnosed(folder, *options):
     return json.loads(report.read_text())
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("rate", "bits", "duration", "seed"), [
-    ("125", "0", "300", "1"), *(pytest.param(*one, marks=pytest.mark.long) for one in (("125", "14", "120", "1"), ("250", "16", "60", "5")))])
+    ("125", "0", "300", "1"), ("125", "14", "120", "1"), ("250", "16", "60", "5")])
 def test_a_bench_whose_drive_turns_its_encoders_steps_into_torque_hides_nothing(rate, bits, duration, seed, tmp_path):
     """Presliding, or viscous friction of another form, at 0.45 while replicates had noise that is independent of the angle's; presliding
     at 1.00, of exact angles, while their loop's low-pass was quicker than it was measured."""
@@ -368,7 +369,8 @@ def test_replicates_gain_what_a_bench_that_hides_nothing_gains(tmp_path):
         assert replicates == pytest.approx(own, rel=0.4)
 
 
-@pytest.mark.parametrize(("later_s", "named"), [pytest.param(0.0003, [], marks=pytest.mark.long), (0.003, ["delay"])])
+@pytest.mark.long
+@pytest.mark.parametrize(("later_s", "named"), [(0.0003, []), (0.003, ["delay"])])
 def test_a_torque_that_is_held_between_ticks_is_no_delay(later_s, named, tmp_path):
     """Any recording sees it as much as half a tick early or late; with no least size this one was named for 0.3 ms."""
     columns = talus.Recording.read(bench(tmp_path, "--duration", "120", "--rate", "250", "--encoder-bits", "0")).columns

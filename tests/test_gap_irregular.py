@@ -172,7 +172,7 @@ def test_a_drift_and_a_spring_are_named_on_ramps(tmp_path):
     assert set(found) == {"parallel_spring", "friction_drift"} and min(found.values()) > 0.9
 
 
-@pytest.mark.parametrize(("memory_s", "verdict"), [(0.05, "none"), (2.0, "unknown")])
+@pytest.mark.parametrize(("memory_s", "verdict"), [pytest.param(0.05, "none", marks=pytest.mark.long), (2.0, "unknown")])
 def test_a_torque_that_wanders_is_unknown_and_coloured_noise_is_none(tmp_path, memory_s, verdict):
     paths = []
     for seed in (1, 2):
@@ -185,7 +185,8 @@ def test_a_torque_that_wanders_is_unknown_and_coloured_noise_is_none(tmp_path, m
     assert json.loads((tmp_path / "gap.json").read_text())["verdict"]["effect"] == verdict
 
 
-@pytest.mark.parametrize(("wanders", "verdict"), [(0.3, "unknown"), pytest.param(0.0, "none", marks=pytest.mark.long)])
+@pytest.mark.long
+@pytest.mark.parametrize(("wanders", "verdict"), [(0.3, "unknown"), (0.0, "none")])
 def test_a_friction_that_varies_erratically_is_unknown(wanders, verdict):
     """By 30 % within 0.6 s, gone after a second."""
     recording = talus.simulate(talus.read(PENDULUM), duration_s=80, rate_hz=RATE_HZ, encoder_bits=18)

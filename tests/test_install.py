@@ -38,6 +38,13 @@ def installed(tmp_path_factory):
     return folder
 
 
+def test_a_folder_by_its_absolute_path_is_the_same_build():
+    """`make install BUILD=...` once made every object anew."""
+    given = "build/elsewhere", f"{REPOSITORY}/build/elsewhere"
+    one, other = (make_variable("FLAGS_ID", f"BUILD={folder}") for folder in given)
+    assert one == other != make_variable("FLAGS_ID", "BUILD=/elsewhere")
+
+
 def build_and_run(folder, tmp_path, *extra):
     source = tmp_path / "stranger.c"
     source.write_text(PROGRAM)

@@ -50,6 +50,7 @@ def with_loom():
 # ---- what it finds ---------------------------------------------------------------------
 
 
+@pytest.mark.long
 def test_an_effect_that_the_catalogue_lacks_is_named_with_its_parameter(with_loom):
     found, without = talus.diagnose(PENDULUM, with_loom, effects=[loom()]), talus.diagnose(PENDULUM, with_loom)
     assert (found.verdict["effect"], found.verdict["joint"]) == ("cable_loom", "joint") and found.verdict["probability"] > 0.9

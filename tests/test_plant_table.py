@@ -90,6 +90,7 @@ def table(path):
     return np.genfromtxt(path, delimiter=",", names=True)
 
 
+@pytest.mark.long
 @pytest.mark.release
 def test_another_plant_is_its_file_its_row_and_its_page(tree):
     run(tree, "sim", "--model", "propeller.yaml", "--out", "run.csv", "--motion", "motion.csv", "--duration", "30", "--ideal")
@@ -113,6 +114,7 @@ def test_another_plant_is_its_file_its_row_and_its_page(tree):
     assert np.sqrt(np.mean((predicted - torque)[sliding] ** 2)) < 0.02 * np.sqrt(np.mean(torque[sliding] ** 2))
 
 
+@pytest.mark.long
 @pytest.mark.release
 def test_its_model_file_is_read_as_strictly_as_the_others(tree):
     text = (tree / "propeller.yaml").read_text()

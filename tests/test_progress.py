@@ -72,7 +72,7 @@ def test_quiet_shows_nothing(long, tmp_path):
 
 
 def test_gap_shows_percent(tmp_path):
-    run("talus-sim", "--model", REPOSITORY / "models/pendulum.yaml", "--out", tmp_path / "arm.csv", "--duration", "20")
+    run("talus-sim", "--model", REPOSITORY / "models/pendulum.yaml", "--out", tmp_path / "arm.csv", "--rate", "250", "--duration", "20")
     arguments = ["--model", REPOSITORY / "models/pendulum.yaml", "--report", tmp_path / "gap.json", tmp_path / "arm.csv"]
     said, piped = on_terminal("talus-gap", *arguments), run("talus-gap", *arguments)
     percents = [int(percent) for _, percent in DRAWN.findall(said)]

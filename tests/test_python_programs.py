@@ -42,6 +42,7 @@ def test_a_diagnosis_is_what_talus_gap_says(bench, found):
     assert len(found.model.effects) == len(found.effects) > 0
 
 
+@pytest.mark.long
 def test_objects_and_files_are_diagnosed_alike_and_results_compare_and_pickle(bench, found, tmp_path):
     folder, _ = bench
     model, recording = talus.read(PENDULUM), talus.read(folder / "rec.csv")

@@ -65,6 +65,7 @@ def test_the_measured_series_of_a_leg_is_its_current_times_the_torque_constant(f
     numpy.testing.assert_allclose(talus.compare(model, recording).measured, shown, rtol=1e-15)
 
 
+@pytest.mark.long
 def test_panels_of_a_diagnosis_give_the_figures_of_its_report(diagnosis):
     gap = diagnosis.report["gap"]["joint"]
     assert [panel.recording for panel in diagnosis.panels] == ["recording-1.csv", "recording-2.csv"]

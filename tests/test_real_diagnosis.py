@@ -15,6 +15,8 @@ from support import REPOSITORY, data, needs_data, run
 ROW = re.compile(r"^\| `(\w+)/([\w-]+)` \| `(\w+)` \((\d\.\d\d)\) \| ([^|]*) \| ([\d.]+) → ([\d.]+) % \| "
                  r"([\d.]+) % \|", re.MULTILINE)
 FOLDERS = {"emps": "emps", "ur10e": "ur10e_joints", "ak80": "ak80_9_dyno", "embir": "embir_dyno"}
+QUICK = ("emps_identification", "ur10e_joint_1", "ak80_A_test_1", "embir_stall_27_04_2021_16-59-45")
+"""One recording of each set, with which `make check` makes do."""
 
 
 def rows():
@@ -74,7 +76,8 @@ def test_the_table_has_every_set():
 
 
 @needs_data
-@pytest.mark.parametrize(("folder", "name", "verdict", "probability", "effects", "before", "after", "saved"), rows())
+@pytest.mark.parametrize(("folder", "name", "verdict", "probability", "effects", "before", "after", "saved"), [
+    row if row[1] in QUICK else pytest.param(*row, marks=pytest.mark.long) for row in rows()])
 def test_a_row_of_the_table(folder, name, verdict, probability, effects, before, after, saved, diagnosed):
     there, found = diagnosed(folder, name)
     assert found["verdict"]["effect"] == verdict

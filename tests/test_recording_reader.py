@@ -499,6 +499,7 @@ def peak_kib(path):
     return int(subprocess.run(command, check=True, capture_output=True, text=True).stdout)
 
 
+@pytest.mark.long
 @pytest.mark.release
 def test_memory_does_not_grow_with_the_recording(tmp_path):
     """The program itself, with its buffers, at 20 s and ten times that: the same within a tenth."""

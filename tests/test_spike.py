@@ -141,6 +141,7 @@ def test_what_the_plain_model_hides_is_passed_over(arm):
     assert spikes.Spike(arm.path, arm.name, "late_current", 0.4, 1).columns() is None
 
 
+@pytest.mark.long
 @needs_data
 def test_a_draw_has_its_controls_and_does_not_depend_on_the_count():
     few, more = spikes.draw(DATA, 5, 4), spikes.draw(DATA, 5, 8)

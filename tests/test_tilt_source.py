@@ -81,8 +81,9 @@ def bench(folder, cause):
     return path
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("cause, source, off_rad", [
-    pytest.param("gravity_tilt", "bench", 0.0, marks=pytest.mark.long), ("encoder_offset", "encoder", -TILT_RAD)])  # fmt: skip
+    ("gravity_tilt", "bench", 0.0), ("encoder_offset", "encoder", -TILT_RAD)])  # fmt: skip
 def test_the_report_says_which_it_is(cause, source, off_rad, tmp_path):
     """The twin's camera is aligned with the bench. A leaning bench could be a current's zero, an encoder's not: the camera saw it."""
     path = bench(tmp_path, cause)
