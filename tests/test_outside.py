@@ -162,7 +162,7 @@ ADDED = {
     "held_reading": lambda t, q, v, torque: frozen(torque) - torque,
     "vibration": lambda t, q, v, torque: 0.15 * np.sin(2 * np.pi * 3.37 * t + 1.0),
 }  # fmt: skip
-SLOW = ("hysteresis", "changed_load", "power_loss", "gain_by_sign")
+SLOW = ("hysteresis", "changed_load", "power_loss", "gain_by_sign", "dead_zone")
 SIZES = {
     "hysteresis": {"size_Nm": (0.4, 0.05), "travel_rad": (0.35, 0.05)},
     "changed_load": {"at_s": (13.0, 0.2)},
@@ -225,9 +225,10 @@ def test_where_nothing_is_added_nothing_is_resembled():
     assert found.verdict["effect"] == "none" and not found.report["resembles"]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("kind, added", [
     ("cross_talk", lambda c: 0.2 * c["ankle_current_A"]),
-    pytest.param("coupled_speeds", lambda c: 0.4 * np.gradient(c["ankle_joint_rad"], c["time_s"]) / KNEE_NM_PER_A, marks=pytest.mark.long)])  # fmt: skip
+    ("coupled_speeds", lambda c: 0.4 * np.gradient(c["ankle_joint_rad"], c["time_s"]) / KNEE_NM_PER_A)])  # fmt: skip
 def test_a_knee_that_follows_the_ankle(kind, added):
     columns = dict(talus.simulate(talus.read(LEG), duration_s=20, seed=5).columns)
     columns["knee_current_A"] = columns["knee_current_A"] + added(columns)
@@ -262,3 +263,26 @@ def test_a_cable_that_a_spring_and_a_heavier_foot_imitate_is_told_by_the_drawing
     assert found.verdict["effect"] == "unknown" and first["id"] == "shared_energy" and first["closes"] > 0.7
     assert first["rival"]["effects"][0] == {"effect": "parallel_spring", "joint": "ankle"} and first["rival"]["times"] > 2.5
     assert "so would parallel spring at the ankle" in str(found) and "foot inertia were" in str(found)
+
+
+# ---- what an effect of the catalogue imitates ---------------------------------------------
+
+
+@pytest.mark.long
+@pytest.mark.parametrize(("seed", "bits"), [(5, 14), (6, 16)])
+def test_a_gain_by_sign_that_asymmetric_friction_imitates_in_the_torque_alone(seed, bits):
+    """Friction closes nine tenths of it. The other channels, which neither touches, may leave more than that."""
+    columns = dict(talus.simulate(talus.read(LEG), duration_s=60, seed=seed, rate_hz=200, encoder_bits=bits).columns)
+    columns["ankle_current_A"] *= 1 - 0.08 * (columns["ankle_current_A"] > 0)
+    found = talus.diagnose(LEG, talus.Recording(columns))
+    assert found.verdict["effect"] == "unknown" and found.report["resembles"][0]["id"] == "gain_by_sign"
+
+
+@pytest.mark.long
+@pytest.mark.parametrize(("seed", "bits"), [(5, 14), (6, 16)])
+def test_asymmetric_friction_that_a_gain_by_sign_imitates_is_named(seed, bits, tmp_path):
+    effect = "{effect: asymmetric_friction, joint: ankle, parameters: {coulomb_Nm: 0.4, viscous_Nms_rad: 0.2}}"
+    (tmp_path / "truth.yaml").write_text(f"{LEG.read_text()}effects:\n  - {effect}\n")
+    recording = talus.simulate(talus.read(tmp_path / "truth.yaml"), duration_s=60, seed=seed, rate_hz=200, encoder_bits=bits)
+    verdict = talus.diagnose(LEG, recording).verdict
+    assert verdict["effect"] == "asymmetric_friction" and verdict["joint"] == "ankle" and verdict["probability"] > 0.9

@@ -8,6 +8,11 @@ from ..machine.drawing import against
 HOPELESS = 60.0  # twice the logarithm of the odds: what has so much against it
 
 
+def freedom(fit):
+    """What the forms of a fit can be fitted by: their strengths, and the values of their shapes."""
+    return sum(len(c.columns) + (len(c.family.values) if c.family else 0) for c in fit.chosen)
+
+
 class Beyond:
     """The set of effects that may hold causes outside the catalogue, beside the one that holds effects alone. `probability`: that the
     gap is such a cause, and the named effect its imitation; what may be the sensors' work (they are not `sound`, or replicates gain as
@@ -24,14 +29,21 @@ class Beyond:
             self.probability = min(self.probability, NEARLY_HALF)
 
     def _share_taken(self):
-        """Probability by the share that the other set closes of what the effects leave: at half of it, as likely as not. What reconstruction
-        leaves as well is no reason for another set, unless that is the simpler one, too."""
-        simpler = len(self.other.chosen) < len(self.fit.chosen)
-        least = self.search.detection_threshold if simpler else sum(self.search.floor_of.values())
-        mine, theirs = (max(one.excess, least) for one in (self.fit, self.other))
-        if theirs >= mine:
+        """Probability by the share that the other set closes of what the effects leave, over all channels, those at its joint, or the
+        torque there alone: what neither touches says nothing about them."""
+        mine, theirs = (self.search.held_out_excess(one.chosen) for one in (self.fit, self.other))
+        every, own = self.search.dataset.kinds, self.search.dataset.kinds_at(self.first.joint)
+        return max(self._taken_in(kinds, mine, theirs) for kinds in (every, own, [kind for kind in own if kind[0] == "T"]))
+
+    def _taken_in(self, kinds, mine, theirs):
+        """The same of some kinds of channel: at half of it, as likely as not. What reconstruction leaves as well is no reason for another
+        set, unless that is the simpler one, too."""
+        simpler = freedom(self.other) < freedom(self.fit)
+        least = self.search.detection_threshold if simpler else sum(self.search.floor_of[kind] for kind in kinds)
+        left, then = (max(sum(excess[kind] for kind in kinds), least) for excess in (mine, theirs))
+        if then >= left:
             return 0.0
-        return 1.0 / (1.0 + ((theirs / (mine - theirs)) * (1.0 - HALF) / HALF) ** (1.0 / LOGIT_WIDTH))
+        return 1.0 / (1.0 + ((then / (left - then)) * (1.0 - HALF) / HALF) ** (1.0 / LOGIT_WIDTH))
 
     def _probability(self):
         if not self.fit.chosen:
