@@ -67,17 +67,26 @@ def test_readings_that_stay_the_same_for_longer_than_chance_has_it():
 # ---- how likely it is ------------------------------------------------------------------
 
 
+STRENGTHS = {"friction": 2}
+SHAPES = {"bumper": (0.3, 0.5)}
+
+
 def cause(name):
-    return SimpleNamespace(key=(name, "joint"))
+    family = SimpleNamespace(values=SHAPES[name]) if name in SHAPES else None
+    return SimpleNamespace(key=(name, "joint"), joint="joint", columns=("column",) * STRENGTHS.get(name, 1), family=family)
 
 
 def fit(excess, *names):
-    return SimpleNamespace(chosen=[cause(name) for name in names], excess=excess)
+    """Of the joint's torque, or {kind: excess}."""
+    by_kind = excess if isinstance(excess, dict) else {"T0": excess}
+    return SimpleNamespace(chosen=[cause(name) for name in names], excess=sum(by_kind.values()), by_kind=by_kind)
 
 
-def beyond(mine, theirs, sound=True, nothing=0.2, outdone=False, alone=(), off_drawing=None):
-    search = SimpleNamespace(with_outsiders=theirs, outside_alone=list(alone), off_drawing=off_drawing, temperature_of=lambda one: 1.0, chance=14.0, floor_of={"T0": 100.0}, detection_threshold=40.0, is_outside=lambda key: key[0] == "hose", plain=fit(9000.0),
-                             nothing=lambda before, after: nothing, calibration=SimpleNamespace(outdone=lambda gain: outdone), fit=lambda chosen: fit(0.0, *(c.key[0] for c in chosen)))  # fmt: skip
+def beyond(mine, theirs, sound=True, nothing=0.2, outdone=False, alone=(), off_drawing=None, floor_of=None):
+    dataset = SimpleNamespace(kinds=list(mine.by_kind), kinds_at=lambda joint: [kind for kind in mine.by_kind if kind != "T1"])
+    search = SimpleNamespace(with_outsiders=theirs, outside_alone=list(alone), off_drawing=off_drawing, temperature_of=lambda one: 1.0, chance=14.0, floor_of=floor_of or {"T0": 100.0}, detection_threshold=40.0, is_outside=lambda key: key[0] == "hose", plain=fit(9000.0),
+                             nothing=lambda before, after: nothing, calibration=SimpleNamespace(outdone=lambda gain: outdone), fit=lambda chosen: fit(0.0, *(c.key[0] for c in chosen)), dataset=dataset,
+                             held_out_excess=lambda chosen: next(one.by_kind for one in (mine, theirs) if one.chosen is chosen))  # fmt: skip
     return beside.Beyond(search, mine, sound)
 
 
@@ -93,6 +102,22 @@ def test_a_simpler_set_that_leaves_less_need_not_stand_above_the_floor():
     assert beyond(fit(90.0, "spring", "presliding"), fit(45.0, "hose")).probability == pytest.approx(0.5)
     assert beyond(fit(90.0, "spring", "presliding"), fit(10.0, "hose")).probability == pytest.approx(1 / (1 + 0.8 ** (1 / 0.35)))
     assert beyond(fit(90.0, "spring", "presliding"), fit(45.0, "hose", "delay")).probability == 0.0
+
+
+@pytest.mark.parametrize(("mine", "likely"), [("friction", 0.5), ("bumper", 0.5), ("spring", 0.0)])
+def test_the_simpler_set_is_that_with_fewer_strengths_and_shapes(mine, likely):
+    assert beyond(fit(90.0, mine), fit(45.0, "hose")).probability == pytest.approx(likely)
+
+
+@pytest.mark.parametrize(("mine", "theirs", "likely"), [
+    ({"T0": 500.0, "T1": 0.0, "K": 0.0}, {"T0": 250.0, "T1": 0.0, "K": 0.0}, 0.5),  # the torque alone
+    ({"T0": 0.0, "T1": 0.0, "K": 4000.0}, {"T0": 0.0, "T1": 0.0, "K": 2000.0}, 0.5),  # what the joint's encoder shows, too
+    ({"T0": 0.0, "T1": 6000.0, "K": 0.0}, {"T0": 0.0, "T1": 3000.0, "K": 0.0}, 0.5),  # all channels: another joint's torque
+    ({"T0": 90.0, "T1": 0.0, "K": 1000.0}, {"T0": 45.0, "T1": 0.0, "K": 500.0}, 0.0)])  # below the floors
+def test_the_largest_share_counts_of_all_channels_those_at_the_joint_and_its_torque(mine, theirs, likely):
+    """What the other channels leave, and their floors, do not hide what the torque shows."""
+    found = beyond(fit(mine, "spring"), fit(theirs, "hose"), floor_of={"T0": 100.0, "T1": 100.0, "K": 1500.0})
+    assert found.probability == pytest.approx(likely)
 
 
 def test_what_may_be_the_sensors_work_is_no_likelier_than_not():
