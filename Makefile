@@ -13,7 +13,7 @@
 CC ?= cc
 CFLAGS ?= -O3 -g
 BUILD ?= build
-# By its absolute path, too, a folder of this tree is the same build: the path is among the flags. So is what is asked for in it.
+# By its absolute path, too, a folder of this tree is the same build: the path is among the flags.
 override BUILD := $(BUILD:$(CURDIR)/%=%)
 PREFIX ?= /usr/local
 JOBS ?= $(shell nproc 2>/dev/null || echo 1)
@@ -123,6 +123,7 @@ PYTHON_SIDE := $(BUILD)/python/talus_cdef.h $(BUILD)/python/talus_macros.h
 # ---- build ------------------------------------------------------------------
 
 .PHONY: all library programs python-side test-programs FORCE
+# What is asked for by its absolute path: the rules have the path within the tree.
 $(CURDIR)/$(BUILD)/%: $(BUILD)/% ;
 
 library: $(LIBRARIES)

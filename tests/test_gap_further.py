@@ -167,7 +167,7 @@ class Wandering(Search):
     """A search of one torque with a noise of 1000 degrees of freedom, of which the first effect leaves so much, and the second nothing."""
 
     detection_threshold, floor_of = 30.0, {"T0": 100.0}
-    dataset = SimpleNamespace(kinds=["T0"], kinds_at=lambda joint: ["T0"], freedom=lambda kind: 1000.0)
+    dataset = SimpleNamespace(kinds=["T0"], scopes_at=lambda joint: 3 * (["T0"],), freedom=lambda kind: 1000.0)
 
     def __init__(self, left, apart):
         self.left, self.apart = left, apart

@@ -48,8 +48,7 @@ def test_a_folder_by_its_absolute_path_is_the_same_build():
 def test_what_is_asked_for_by_its_absolute_path_is_built(tmp_path):
     for folder in (REPOSITORY / "build/elsewhere", tmp_path):
         asked = ["make", "-n", "-C", str(REPOSITORY), f"BUILD={folder}", f"{folder}/bin/talus-sim"]
-        told = subprocess.run(asked, check=True, capture_output=True, text=True).stdout
-        assert "apps/sim" in told and "No rule" not in told
+        assert "apps/sim/main.c" in subprocess.run(asked, check=True, capture_output=True, text=True).stdout
 
 
 def build_and_run(folder, tmp_path, *extra):

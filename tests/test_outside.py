@@ -83,7 +83,7 @@ def fit(excess, *names):
 
 
 def beyond(mine, theirs, sound=True, nothing=0.2, outdone=False, alone=(), off_drawing=None, floor_of=None):
-    dataset = SimpleNamespace(kinds=list(mine.by_kind), kinds_at=lambda joint: [kind for kind in mine.by_kind if kind != "T1"])
+    dataset = SimpleNamespace(scopes_at=lambda joint: (list(mine.by_kind), [kind for kind in mine.by_kind if kind != "T1"], ["T0"]))
     search = SimpleNamespace(with_outsiders=theirs, outside_alone=list(alone), off_drawing=off_drawing, temperature_of=lambda one: 1.0, chance=14.0, floor_of=floor_of or {"T0": 100.0}, detection_threshold=40.0, is_outside=lambda key: key[0] == "hose", plain=fit(9000.0),
                              nothing=lambda before, after: nothing, calibration=SimpleNamespace(outdone=lambda gain: outdone), fit=lambda chosen: fit(0.0, *(c.key[0] for c in chosen)), dataset=dataset,
                              held_out_excess=lambda chosen: next(one.by_kind for one in (mine, theirs) if one.chosen is chosen))  # fmt: skip

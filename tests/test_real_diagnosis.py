@@ -16,7 +16,7 @@ ROW = re.compile(r"^\| `(\w+)/([\w-]+)` \| `(\w+)` \((\d\.\d\d)\) \| ([^|]*) \| 
                  r"([\d.]+) % \|", re.MULTILINE)
 FOLDERS = {"emps": "emps", "ur10e": "ur10e_joints", "ak80": "ak80_9_dyno", "embir": "embir_dyno"}
 QUICK = ("emps_identification", "ur10e_joint_1", "ak80_A_test_1", "embir_stall_27_04_2021_16-59-45")
-"""One recording of each set, with which `make check` makes do."""
+"""One recording of each set, which `make check` diagnoses; `make check-long` has the others."""
 
 
 def rows():
@@ -72,7 +72,7 @@ def error_of_saved(folder, name, there):
 
 
 def test_the_table_has_every_set():
-    assert {folder for folder, *_ in rows()} == set(FOLDERS)
+    assert {folder for folder, *_ in rows()} == {folder for folder, name, *_ in rows() if name in QUICK} == set(FOLDERS)
 
 
 @needs_data

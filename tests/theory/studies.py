@@ -18,7 +18,7 @@ from .toy import BASE_NM, ToyDataset, stand_ins
 WHOLE = {"useless": 2000, "rough": 4100, "white": 4100, "outside": 2000, "wide": 2000, "measured": 2500, "choices": 2500}
 SLOW = ("rough", "white", "outside", "wide")  # with replicates
 SIZES = {
-    "fast": {"useless": 300, "rough": 80, "white": 80, "outside": 80, "wide": 60, "measured": 260, "choices": 120},
+    "fast": {"useless": 300, "rough": 140, "white": 140, "outside": 80, "wide": 60, "measured": 260, "choices": 120},
     "whole": {name: many(number) if name in SLOW else number for name, number in WHOLE.items()},
 }
 NUMBER = {name: k for k, name in enumerate(WHOLE)}  # of a study, its seed

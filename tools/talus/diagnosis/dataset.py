@@ -293,6 +293,11 @@ class Dataset:
         own = {"ankle": ("T1", "E", "F"), "knee": ("T0", "K")}.get(joint, self.kinds) if self.at_motor else self.kinds
         return [kind for kind in self.kinds if kind in own]
 
+    def scopes_at(self, joint):
+        """All channels, those at a joint, and its torque alone: what something leaves elsewhere says nothing about what acts there."""
+        own = self.kinds_at(joint)
+        return self.kinds, own, [kind for kind in own if kind[0] == "T"]
+
     def repeats(self):
         """How many times the motion of the recordings is repeated, on the average over their rows; 1 where none is."""
         times = [1.0 if period_s is None else max((one.grid_t_s[-1] - one.grid_t_s[0]) / period_s, 1.0)

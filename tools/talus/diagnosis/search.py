@@ -310,8 +310,8 @@ class Search:
     def _share(self, before, after, old, new):
         """Share of the open excess that a step closes, over all channels, those at the added effect's joint, or its torque
         alone: what another effect leaves elsewhere says nothing about this one."""
-        shares, own = [], self.dataset.kinds_at(after.chosen[-1].joint)
-        for kinds in (self.dataset.kinds, own, [kind for kind in own if kind[0] == "T"]):
+        shares = []
+        for kinds in self.dataset.scopes_at(after.chosen[-1].joint):
             left, then = (sum(x[kind].sum() for kind in kinds) for x in (old, new))
             still_open = left - sum(self.dataset.freedom(k) + self.floor_of[k] for k in kinds)
             closed = left - then

@@ -8,8 +8,8 @@ from ..machine.drawing import against
 HOPELESS = 60.0  # twice the logarithm of the odds: what has so much against it
 
 
-def freedom(fit):
-    """What the forms of a fit can be fitted by: their strengths, and the values of their shapes."""
+def numbers_fitted(fit):
+    """How many numbers the forms of a fit have to suit: their strengths, and the values of their shapes."""
     return sum(len(c.columns) + (len(c.family.values) if c.family else 0) for c in fit.chosen)
 
 
@@ -32,13 +32,12 @@ class Beyond:
         """Probability by the share that the other set closes of what the effects leave, over all channels, those at its joint, or the
         torque there alone: what neither touches says nothing about them."""
         mine, theirs = (self.search.held_out_excess(one.chosen) for one in (self.fit, self.other))
-        every, own = self.search.dataset.kinds, self.search.dataset.kinds_at(self.first.joint)
-        return max(self._taken_in(kinds, mine, theirs) for kinds in (every, own, [kind for kind in own if kind[0] == "T"]))
+        return max(self._taken_in(kinds, mine, theirs) for kinds in self.search.dataset.scopes_at(self.first.joint))
 
     def _taken_in(self, kinds, mine, theirs):
         """The same of some kinds of channel: at half of it, as likely as not. What reconstruction leaves as well is no reason for another
         set, unless that is the simpler one, too."""
-        simpler = freedom(self.other) < freedom(self.fit)
+        simpler = numbers_fitted(self.other) < numbers_fitted(self.fit)
         least = self.search.detection_threshold if simpler else sum(self.search.floor_of[kind] for kind in kinds)
         left, then = (max(sum(excess[kind] for kind in kinds), least) for excess in (mine, theirs))
         if then >= left:
