@@ -23,13 +23,15 @@ def fit_of(chosen):
 
 @pytest.fixture
 def judged(monkeypatch):
-    """The verdict's further effects, where two rivals share the second place as given, and another low-pass shows them or not."""
+    """The verdict's further effects, where two rivals share the second place as given, another low-pass shows them or not, and they have
+    the same size everywhere but for the `uneven` one."""
 
-    def judge(shares, shown=True, nothing=0.0):
+    def judge(shares, shown=True, nothing=0.0, uneven=None):
         monkeypatch.setattr(verdict, "rivals", lambda search, fit: [fit_of([FIRST, GIVEN]), fit_of([FIRST, RIVAL])])
         monkeypatch.setattr(verdict, "shares", lambda search, fit, rivals, sets: np.array(shares))
         monkeypatch.setattr(verdict, "other_sets", lambda search, fit: [fit_of([RIVAL, FIRST])] * (len(shares) - 2))
         monkeypatch.setattr(further, "survives", lambda search, fit, rivals, dataset: shown)
+        monkeypatch.setattr(further, "is_uneven", lambda search, fit: fit.chosen[-1] is uneven)
         search = SimpleNamespace(fit=fit_of, further={GIVEN.key: nothing})
         found = SimpleNamespace(fit=fit_of([FIRST, GIVEN]), further={})
         return further.judged(search, found, elsewhere=object())
@@ -57,6 +59,12 @@ def test_what_another_low_pass_does_not_show_is_doubted(judged):
     assert judged([1.0, 0.0]).further == {GIVEN.key: pytest.approx(1.0)}
 
 
+def test_what_has_another_size_elsewhere_is_doubted(judged):
+    assert judged([0.9, 0.1], uneven=GIVEN).further == {GIVEN.key: thresholds.NEARLY_HALF}
+    assert judged([0.9, 0.1], uneven=RIVAL).further == {GIVEN.key: pytest.approx(0.9)}
+    assert judged([0.1, 0.9], uneven=RIVAL).further == {RIVAL.key: thresholds.NEARLY_HALF}
+
+
 @pytest.mark.parametrize("no_cause", ["none", "unknown"])
 def test_a_further_effect_is_no_surer_than_that_there_is_any(no_cause):
     """A report gives it the share of what some effect has."""
@@ -75,8 +83,8 @@ def test_a_further_effect_is_judged_at_its_own_joint_whichever_was_found_first()
     """Of an ankle's friction found first and a knee's ripple the ripple is there already: what stands open at the ankle counts."""
     ripple, friction = SimpleNamespace(key=("kinematic_error", "knee"), joint="knee"), SimpleNamespace(key=("stribeck", "ankle"), joint="ankle")
     seen = []
-    search = SimpleNamespace(_has_other_forms=lambda c: True, fit=lambda chosen: Fit(chosen, 2e3), excess_by_kind=lambda fit: {"T1": 1e3},
-                             tolerated=0.0, significant=lambda before, after, *rest: not seen.append(after))  # fmt: skip
+    search = SimpleNamespace(_is_beyond_forms=lambda before, candidate: candidate is friction,
+                             significant=lambda before, after, *rest: not seen.append(after))  # fmt: skip
     assert Search.is_worth_adding(search, Fit([ripple], 1e3, [[3.0]]), Fit([friction, ripple], 1e2, [[4.0], [5.0]]))
     assert seen[0].chosen == [ripple, friction] and seen[0].strengths == [[5.0], [4.0]] and seen[0].excess == 1e2
 
@@ -138,7 +146,8 @@ def test_of_three_the_rest_is_tried_as_well():
 class Open(Search):
     """A search in which a further effect gains much; the first one explains 1000 at its joint, in one of several forms."""
 
-    tolerated = 10.0
+    tolerated_of = {"T0": 10.0}
+    dataset = SimpleNamespace(scopes_at=lambda joint: 3 * (["T0"],))
 
     def __init__(self, left, irregular):
         self.left, self.irregular = left, irregular
@@ -146,6 +155,9 @@ class Open(Search):
 
     def fit(self, chosen):
         return Fit(chosen, self.left if chosen else 1000.0 + self.left, [[1.0] for _ in chosen])
+
+    def held_out_excess(self, chosen):
+        return {"T0": self.fit(chosen).excess}
 
     def excess_by_kind(self, fit):
         return {"T0": fit.excess + self.irregular}
@@ -161,6 +173,53 @@ def test_what_does_not_come_back_stands_open_as_well(left, irregular, worth):
     one.joint = more.joint = "joint"
     search = Open(left, irregular)
     assert search.is_worth_adding(search.fit([one]), search.fit([one, more])) is worth
+
+
+class Leg(Open):
+    """The same of a leg whose ankle has an encoder with less noise than is allowed for: the first effect explains so much of each channel,
+    and leaves so much."""
+
+    tolerated_of = {"E": 10.0, "T0": 10.0, "T1": 10.0}
+    dataset = SimpleNamespace(scopes_at=lambda joint: (["E", "T0", "T1"], ["T0"], ["T0"]) if joint == "knee" else (["E", "T0", "T1"], ["E", "T1"], ["T1"]))
+
+    def __init__(self, explained, left):
+        super().__init__(0.0, 0.0)
+        self.explained, self.left_of = explained, left
+
+    def held_out_excess(self, chosen):
+        return self.left_of if chosen else {kind: self.explained[kind] + self.left_of[kind] for kind in self.left_of}
+
+    def excess_by_kind(self, fit):
+        return self.left_of
+
+
+@pytest.mark.parametrize(("joints", "explained_E", "left", "worth"), [
+    (("ankle", "ankle"), 0.0, {"E": -2000.0, "T0": 0.0, "T1": 31.0}, True),  # an encoder below its noise hides nothing of the torque
+    (("ankle", "ankle"), 1e6, {"E": 0.0, "T0": 0.0, "T1": 31.0}, True),  # nor what the first effect does to it
+    (("ankle", "ankle"), 0.0, {"E": -2000.0, "T0": 0.0, "T1": 29.0}, False),  # what other forms of that may leave of the torque
+    (("ankle", "ankle"), 0.0, {"E": -2000.0, "T0": 1000.0, "T1": 29.0}, False),  # what is open at the other joint is another's
+    (("ankle", "knee"), 0.0, {"E": -2000.0, "T0": 11.0, "T1": 0.0}, True),  # which is no form of what acts there
+])  # fmt: skip
+def test_channels_below_their_noise_do_not_hide_what_another_shows(joints, explained_E, left, worth):
+    one, more = candidate("linkage_error"), candidate("stribeck")
+    one.joint, more.joint = joints
+    search = Leg({"E": explained_E, "T0": 0.0, "T1": 1000.0}, left)
+    search.gram = SimpleNamespace(candidates=[one, one])
+    assert search.is_worth_adding(search.fit([one]), search.fit([one, more])) is worth
+
+
+def test_where_the_one_that_closes_most_is_nothing_another_is_taken():
+    """Of a ripple found first, a spring that replicates have as well, a friction, and one that closes too little."""
+    left = {"": 1000.0, "ripple": 400.0, "ripple spring": 100.0, "ripple friction": 150.0, "ripple delay": 300.0}
+
+    def another(empty):
+        search = Toy({frozenset(names.split()): excess for names, excess in left.items()}, empty)
+        search.scan = lambda chosen: [search.fit([*chosen, candidate(name)]) for name in ("spring", "friction", "delay")]
+        search._something = lambda before, found: found
+        return search._another(search.fit([candidate("ripple")]))
+
+    assert [[c.key[0] for c in another(empty).chosen] for empty in ((), ["spring"])] == [["ripple", "spring"], ["ripple", "friction"]]
+    assert another(["spring", "friction"]) is None
 
 
 class Wandering(Search):

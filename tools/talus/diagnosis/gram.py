@@ -42,11 +42,11 @@ class Layout:
         fold = dataset.folds[self.block]
         self.slices = [slice(*np.searchsorted(fold, [f, f + 1])) for f in range(dataset.fold_count)]
 
-    def at_rows(self, numbers):
-        """A number of every grid instant of each recording, at the rows."""
-        out = np.empty(self.rows, int)
+    def on_rows(self, values):
+        """What each recording has at every grid instant, at the rows."""
+        out = np.empty(self.rows, np.asarray(values[0]).dtype)
         for record, place in self.place.items():
-            out[place] = numbers[record][self.channel[record].thinned]
+            out[place] = values[record][self.channel[record].thinned]
         return out
 
     def put(self, row, record, values):
@@ -351,7 +351,7 @@ class Gram:
         sums = np.zeros((self.dataset.stretches, len(strengths)))
         for layout, plain, own in zip(self.layouts, self.plain, self.gathered(columns), strict=True):
             every = np.concatenate([plain[self.base], own])
-            left, stretch = plain[-1] - strengths @ every, layout.at_rows(self.dataset.stretch_of)
+            left, stretch = plain[-1] - strengths @ every, layout.on_rows(self.dataset.stretch_of)
             for k, column in enumerate(every):
                 sums[:, k] += np.bincount(stretch, column * left, self.dataset.stretches)
         return sums
@@ -363,9 +363,12 @@ class Gram:
         own = self.gathered(columns)
         for _ in range(REWEIGHINGS):
             strengths = self.fold_strengths(columns, weights)[-1]
-            left = [plain[-1] - strengths @ np.concatenate([plain[:-1], rows]) for plain, rows in zip(self.plain, own)]
-            weights = 1 / np.sqrt(np.maximum([np.mean(x**2) for x in left], 1.0))
+            weights = 1 / np.sqrt(np.maximum([np.mean(x**2) for x in self.left(strengths, own)], 1.0))
         return weights
+
+    def left(self, strengths, own):
+        """What base columns, and after them rows of others, leave of the readings with these strengths: one vector a layout."""
+        return [plain[-1] - strengths @ np.concatenate([plain[:-1], rows]) for plain, rows in zip(self.plain, own, strict=True)]
 
     def fold_strengths(self, columns, weights=None):
         """Strengths of the fit that left out each fold, and of the fit to everything: (folds + 1, base + columns).

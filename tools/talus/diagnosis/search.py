@@ -331,13 +331,17 @@ class Search:
     def is_worth_adding(self, before, after):
         """Is the further effect of `after` more than what another form of the effect at its joint would do?"""
         after = after.added_to(before)
-        shaped = [c for c in before.chosen if self._has_other_forms(c) and is_near(c, after.chosen[-1])]
-        explained = self.fit([c for c in before.chosen if c not in shaped]).excess - before.excess
+        return self._is_beyond_forms(before, after.chosen[-1]) and self.significant(before, after, NEARLY_HALF, TIMES_AS_MUCH)
+
+    def _is_beyond_forms(self, before, candidate):
+        """Does more stand open where a candidate acts than other forms of the effects there may leave: over all channels, those at
+        its joint, or its torque alone? Channels below their noise do not hide what another one shows."""
+        shaped = [c for c in before.chosen if self._has_other_forms(c) and is_near(c, candidate)]
+        without, there = (self.held_out_excess(chosen) for chosen in ([c for c in before.chosen if c not in shaped], before.chosen))
         # what does not come back with the motion counts: friction that drifts may be in the noise otherwise
-        stands_open = sum(self.excess_by_kind(before).values()) - self.tolerated
-        if stands_open < RIGHT_TO * explained:
-            return False
-        return self.significant(before, after, NEARLY_HALF, TIMES_AS_MUCH)
+        left = self.excess_by_kind(before)
+        return any(sum(left[kind] - self.tolerated_of[kind] for kind in kinds) >= RIGHT_TO * sum(without[kind] - there[kind] for kind in kinds)
+                   for kinds in self.dataset.scopes_at(candidate.joint))  # fmt: skip
 
     def _has_other_forms(self, candidate):
         """A wrong constant has none."""
@@ -381,14 +385,31 @@ class Search:
             return best
         led = [self.all_refined(self.reshaped(fit)) for fit in self._something(best, self.led_to(best.chosen, pairs[0].excess))]
         second, *others = sorted([*pairs, *led], key=lambda fit: fit.excess)
-        if not self.is_worth_adding(best, second) or self.is_nothing(best, second):
+        if not self._is_taken(best, second):
+            second, others = self._another(best), []
+        if second is None:
             return best
         self.other_sets = others
         if self._worth_more(second) and (third := self._something(second, self.scan(second.chosen))):
-            if self.is_worth_adding(second, third[0]) and not self.is_nothing(second, third[0]):
+            if self._is_taken(second, third[0]):
                 third, *self.other_sets = self._near_refined([third[0], *self._followed(others)], reshape=False)
                 return self._with_worthy_last(third, second)
+            if another := self._another(second):
+                return self._with_worthy_last(another, second)
         return self._with_worthy_last(second, best)
+
+    def _is_taken(self, before, after):
+        """Is the further effect worth adding, and likelier something than nothing?"""
+        return self.is_worth_adding(before, after) and not self.is_nothing(before, after)
+
+    def _another(self, before):
+        """A set with a further effect that is taken where the one that closes most is not, or None."""
+        for near in self._something(before, self.scan(before.chosen))[:BEAM]:
+            if self.is_worth_adding(before, near):
+                fit = self.all_refined(self.reshaped(near))
+                if self._is_taken(before, fit):
+                    return fit
+        return None
 
     def _with_worthy_last(self, fit, before):
         """A set of effects in its order, without its last one where that is not worth adding to the others in their best forms: what
@@ -399,7 +420,7 @@ class Search:
         if as_before or not others.chosen:
             return fit
         others = self.all_refined(self.reshaped(others))
-        if self.is_worth_adding(others, fit) and not self.is_nothing(others, fit):
+        if self._is_taken(others, fit):
             return fit
         return self._with_worthy_last(others, self.plain)
 

@@ -1,7 +1,9 @@
-"""How sure each further effect is: that it is this one rather than a rival in its place, that what it gains is not nothing, and
-that another low-pass shows it as well. It is judged as the first one is, in its own place beside all the others."""
+"""How sure each further effect is: that it is this one rather than a rival in its place, that what it gains is not nothing, that
+another low-pass shows it as well, and that it has the same size everywhere. It is judged as the first one is, in its own place beside all
+the others."""
 
 from .. import verdict as first
+from .halves import is_uneven
 from .thresholds import NEARLY_HALF
 from .stability import survives
 
@@ -25,6 +27,6 @@ def one(search, fit, place, elsewhere):
     likeliest, chosen = max(zip(shares[: len(rivals)], rivals, strict=True), key=lambda pair: pair[0])
     probability = likeliest * (1.0 - search.further.get(own.key, 0.0))
     in_front = search.fit([chosen.chosen[-1], *others])
-    if elsewhere and not survives(search, in_front, rivals, elsewhere):
+    if is_uneven(search, chosen) or (elsewhere and not survives(search, in_front, rivals, elsewhere)):
         probability = min(probability, NEARLY_HALF)
     return probability, search.fit([*others[:place], chosen.chosen[-1], *others[place:]])

@@ -32,8 +32,8 @@ probabilities, at most: of what another low-pass does not show, or the sensors m
 PART = 0.2
 """Least share that counts as a part: of what one order or mode leaves, for a second one; of the whole, for a verdict on one joint
 alone; of what differs between periods, about one frequency, where noise of any colour has below 0.1. Of inertia and gravity, what a
-drawing is off by. Of what an effect does to the readings, by which another low-pass may show another size of it: true ones move by a
-twentieth."""
+drawing is off by. Of what an effect does to the readings, by which another low-pass may show another size of it, where true ones move by a
+twentieth, or one half of the motion."""
 LOGIT_WIDTH = 0.35  # of the logarithm of such a share
 REST_AS_NOISE = 0.1  # of what is left, so much counts as noise of the odds: forms are approximate
 RIGHT_TO = 0.02
