@@ -50,12 +50,13 @@ WHERE = [lambda m: m.v[0] > 0, lambda m: np.abs(m.v[0]) > 0.5, lambda m: m.q[0] 
 
 
 @pytest.mark.parametrize("where", WHERE, ids=["direction", "speed", "angle", "time"])
-@pytest.mark.parametrize("part", [0.0, 0.1, 0.3])
+@pytest.mark.parametrize("part", [0.0, 0.2, 0.6])
 def test_it_is_off_by_as_much_as_it_is_larger_in_one_half(where, part):
     random = np.random.default_rng(5)
     search, fit = search_of(random, larger_by(part, where), Motion(random))
-    assert max(halves.by_half(search, fit)) == pytest.approx(part, abs=0.04)  # halves of rows drawn at random differ so
-    assert halves.is_uneven(search, fit) is (part > thresholds.PART)
+    by_chance = 2.0 * np.sqrt(6.0 / (SAMPLES / 2))  # the wrong size leaves all of the law, of which a sixth of the squares is its own
+    assert max(halves.by_half(search, fit)) == pytest.approx(part * (1.0 - by_chance), abs=0.03)  # halves of rows drawn at random differ so
+    assert halves.is_uneven(search, fit) is (part > thresholds.HALF)
 
 
 def test_what_other_columns_do_as_well_tells_nothing():
@@ -99,9 +100,9 @@ def test_a_joint_that_shows_little_of_it_says_nothing(share, counts):
 def test_where_nothing_can_be_halved_nothing_is_uneven():
     random = np.random.default_rng(8)
     motion = Motion(random)
-    search, fit = search_of(random, larger_by(0.5, WHERE[0]), motion)
+    search, fit = search_of(random, larger_by(0.8, WHERE[0]), motion)
     for values in (motion.q, motion.v, motion.target[0], motion.grid_t_s):
         values[...] = 0.0
     assert list(halves.by_half(search, fit)) == [] and not halves.is_uneven(search, fit)
-    search, fit = search_of(random, larger_by(0.5, WHERE[0]), Motion(random), kind="E")
+    search, fit = search_of(random, larger_by(0.8, WHERE[0]), Motion(random), kind="E")
     assert list(halves.by_half(search, fit)) == []

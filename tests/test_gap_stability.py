@@ -74,3 +74,7 @@ def test_the_first_effect_is_worth_having_there_and_of_its_size(search, strength
 def test_no_rival_is_better_there(search, rivals, there):
     rival = SimpleNamespace(chosen=[SimpleNamespace(key=(name, "joint")) for name in ("one", "other", "rival")])
     assert stability.survives(search, FIT, [rival], through(SAME, (900.0, 500.0, 100.0, rivals))) is there
+    search.temperature_of = lambda fit: 60.0  # where much is left forms differ by so much, and the better one is no other cause
+    assert stability.survives(search, FIT, [rival], through(SAME, (900.0, 500.0, 100.0, rivals))) is True
+    search.temperature_of = lambda fit: 25.0
+    assert stability.survives(search, FIT, [rival], through(SAME, (900.0, 500.0, 100.0, rivals))) is there

@@ -52,14 +52,14 @@ def shown(rows, strengths):
 
 
 def survives(search, fit, rivals, dataset):
-    """Is the first effect of a fit still the best there, or as good as the best, worth having, and of the same size but for PART, for
-    no form is exact? `dataset` holds the same recordings through another low-pass, over the same noise."""
+    """Is the first effect of a fit still the best there, or as good as the best by what forms differ by anyhow, worth having, and of the
+    same size but for PART, for no form is exact? `dataset` holds the same recordings through another low-pass, over the same noise."""
     dataset.sigma = dict(search.dataset.sigma)
     other, (first, *others) = Other(search, dataset), fit.chosen
     temperature = search.temperature_of(fit)
     named, cost = other.excess_and_cost([first, *others], temperature)
     beside = [other.excess_and_cost(rival.chosen, temperature)[1] for rival in rivals[:MOST_RIVALS] if rival.chosen[-1].key != first.key]
-    near = search.detection_threshold + search.tolerated
+    near = search.detection_threshold + search.tolerated + temperature
     worth = named < other.excess(others) - search.detection_threshold and cost < min(beside, default=cost) + near
     return bool(worth) and first.key not in other.moved(fit, standard_errors(search, fit), PART)
 

@@ -24,16 +24,16 @@ HALF = 0.5
 """Of probabilities: what is likelier to be nothing than not is not taken. Of what effects leave open, that a cause outside the catalogue
 closes: then it is as likely. Of the replicates' width: so near to their largest gain the readings alone may have done it. Of the
 inertia: where the sensors take more than they leave, no cause is sure; and where the model leaves more than half of the torque as well, no
-verdict is. Of what a drive's law tells: what a replicate must show of it. Of the
-noise: where a model leaves less, it was motion. Of the range: where a spring pushes away over more, it is none."""
+verdict is. Of what a drive's law tells: what a replicate must show of it. Of the noise: where a model leaves less, it was motion. Of an
+effect's size, by which a half of the motion may show another. Of the range: where a spring pushes away over more, it is none."""
 NEARLY_HALF = 0.45
 """Of what stands open, that a further effect must close: an approximate form of the first one leaves what a wrong second one fits. Of
 probabilities, at most: of what another low-pass does not show, or the sensors may have done."""
 PART = 0.2
 """Least share that counts as a part: of what one order or mode leaves, for a second one; of the whole, for a verdict on one joint
 alone; of what differs between periods, about one frequency, where noise of any colour has below 0.1. Of inertia and gravity, what a
-drawing is off by. Of what an effect does to the readings, by which another low-pass may show another size of it, where true ones move by a
-twentieth, or one half of the motion."""
+drawing is off by. Of what an effect does to the readings, by which another low-pass may show another size of it: true ones move by a
+twentieth."""
 LOGIT_WIDTH = 0.35  # of the logarithm of such a share
 REST_AS_NOISE = 0.1  # of what is left, so much counts as noise of the odds: forms are approximate
 RIGHT_TO = 0.02
