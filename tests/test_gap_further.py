@@ -1,10 +1,12 @@
 """tools/talus/diagnosis/calibration/further.py: each further effect, judged in its own place."""
 
+import json
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
-
+from support import run
+from talus.blind import cases
 from talus.diagnosis import verdict
 from talus.diagnosis.calibration import further, thresholds
 from talus.diagnosis.search import Fit, Search
@@ -251,3 +253,18 @@ class Wandering(Search):
 ])  # fmt: skip
 def test_what_does_not_come_back_is_what_a_further_effect_must_close_where_nothing_else_stands_open(left, apart, worth, share):
     assert Wandering(left, apart).share() == (worth, pytest.approx(share))
+
+
+@pytest.mark.long
+@pytest.mark.parametrize(("number", "hidden"), [
+    (0, {"linkage_error", "stribeck"}),  # two at the ankle
+    (23, {"gravity_tilt", "delay"}),  # the bench, and the knee
+    (33, {"elasticity", "asymmetric_friction"}),  # one at each joint: a constant torque is one either way
+])  # fmt: skip
+def test_the_second_effect_of_a_leg_is_named_whatever_its_encoders_leave(tmp_path, number, hidden):
+    """Benches of the other simulator that hide two effects; beside the first one an encoder lies below the noise that is allowed for."""
+    cases.make(861, number, mix={"pair": 0.75, "single": 0.25}, folder=tmp_path, protocol="wide")
+    report, case = tmp_path / "gap.json", next(tmp_path.glob("**/model.yaml")).parent
+    run("talus-gap", "--quiet", "--model", case / "model.yaml", "--report", report, *sorted(case.glob("train*")))
+    found = {one["effect"]: one["probability"] for one in json.loads(report.read_text())["effects"]}
+    assert set(found) == hidden and min(found.values()) > 0.9
