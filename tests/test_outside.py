@@ -82,9 +82,9 @@ def fit(excess, *names):
     return SimpleNamespace(chosen=[cause(name) for name in names], excess=sum(by_kind.values()), by_kind=by_kind)
 
 
-def beyond(mine, theirs, sound=True, nothing=0.2, outdone=False, alone=(), off_drawing=None, floor_of=None):
+def beyond(mine, theirs, sound=True, nothing=0.2, outdone=False, alone=(), off_drawing=None, floor_of=None, temperature=1.0):
     dataset = SimpleNamespace(scopes_at=lambda joint: (list(mine.by_kind), [kind for kind in mine.by_kind if kind != "T1"], ["T0"]))
-    search = SimpleNamespace(with_outsiders=theirs, outside_alone=list(alone), off_drawing=off_drawing, temperature_of=lambda one: 1.0, chance=14.0, floor_of=floor_of or {"T0": 100.0}, detection_threshold=40.0, is_outside=lambda key: key[0] == "hose", plain=fit(9000.0),
+    search = SimpleNamespace(with_outsiders=theirs, outside_alone=list(alone), off_drawing=off_drawing, temperature_of=lambda one: temperature, chance=14.0, floor_of=floor_of or {"T0": 100.0}, detection_threshold=40.0, is_outside=lambda key: key[0] == "hose", plain=fit(9000.0),
                              nothing=lambda before, after: nothing, calibration=SimpleNamespace(outdone=lambda gain: outdone), fit=lambda chosen: fit(0.0, *(c.key[0] for c in chosen)), dataset=dataset,
                              held_out_excess=lambda chosen: next(one.by_kind for one in (mine, theirs) if one.chosen is chosen))  # fmt: skip
     return beside.Beyond(search, mine, sound)
@@ -97,16 +97,28 @@ def test_half_of_what_the_catalogue_leaves_is_as_likely_as_not(left, likely):
     assert found.probability == pytest.approx(likely, abs=1e-3) and found.instead() == ([(found.probability, found.first)] if likely else [])
 
 
+ROUGH = 1e12  # forms of which one that leaves half as much is no likelier
+
+
 def test_a_simpler_set_that_leaves_less_need_not_stand_above_the_floor():
     """A hose alone for a spring and a friction that builds up."""
-    assert beyond(fit(90.0, "spring", "presliding"), fit(45.0, "hose")).probability == pytest.approx(0.5)
-    assert beyond(fit(90.0, "spring", "presliding"), fit(10.0, "hose")).probability == pytest.approx(1 / (1 + 0.8 ** (1 / 0.35)))
+    assert beyond(fit(90.0, "spring", "presliding"), fit(45.0, "hose"), temperature=ROUGH).probability == pytest.approx(0.5)
+    assert beyond(fit(90.0, "spring", "presliding"), fit(10.0, "hose"), temperature=ROUGH).probability == pytest.approx(1 / (1 + 0.8 ** (1 / 0.35)))
     assert beyond(fit(90.0, "spring", "presliding"), fit(45.0, "hose", "delay")).probability == 0.0
 
 
-@pytest.mark.parametrize(("mine", "likely"), [("friction", 0.5), ("bumper", 0.5), ("spring", 0.0)])
+@pytest.mark.parametrize(("mine", "likely"), [("friction", 1 / (1 + math.exp(-0.35))), ("bumper", 0.5), ("spring", 0.0)])
 def test_the_simpler_set_is_that_with_fewer_strengths_and_shapes(mine, likely):
-    assert beyond(fit(90.0, mine), fit(45.0, "hose")).probability == pytest.approx(likely)
+    """A further strength has its odds, 0.35 of the logarithm."""
+    assert beyond(fit(90.0, mine), fit(45.0, "hose"), temperature=ROUGH).probability == pytest.approx(likely)
+
+
+@pytest.mark.parametrize(("mine", "left", "likely"), [
+    ("spring presliding", 900.0, 1 / (1 + math.exp(-1.0))), ("spring presliding", 1000.0, 0.0), ("spring presliding", 1100.0, 0.0),
+    ("spring friction", 900.0, 1 / (1 + math.exp(-1.35))), ("spring", 900.0, 0.0), ("", 900.0, 0.8)])  # fmt: skip
+def test_a_simpler_set_has_the_odds_of_a_rival(mine, left, likely):
+    """exp(-E/2T - 0.35 (columns - 1)) of each with E of chi-square; one as simple closes but a tenth of 1000, and none is a rival of nothing."""
+    assert beyond(fit(1000.0, *mine.split()), fit(left, "hose"), temperature=50.0).probability == pytest.approx(likely, abs=2e-3)
 
 
 @pytest.mark.parametrize(("mine", "theirs", "likely"), [

@@ -113,7 +113,8 @@ class ToyDataset(Dataset):
         self.absent, self.kinds, self.angle_kinds, self.load_sensor = [], [KIND], [], False
         score = SimpleNamespace(lowpass_hz=LOWPASS_HZ)
         self.processed_recordings = [SimpleNamespace(grid_t_s=STEP_S * np.arange(SAMPLES), step_s=STEP_S, x=[problem.base.T],
-                                                     index=[np.arange(self.bases)], recording=SimpleNamespace(score=score))]  # fmt: skip
+                                                     index=[np.arange(self.bases)], recording=SimpleNamespace(score=score),
+                                                     target=[reading], v=problem.base[:1], q=problem.base[1:2], resample=lambda motion: motion)]  # fmt: skip
         self.channels = [Channel(0, KIND, reading, np.ones(SAMPLES, bool))]
         self.bandwidth, self.periods_s = [BANDWIDTH], [None]
         self.find_sigma()

@@ -3,6 +3,7 @@
 import math
 
 from ..calibration.thresholds import HALF, LOGIT_WIDTH, NEARLY_HALF
+from ..catalogue.candidate import COLUMN_PENALTY
 from ..machine.drawing import against
 
 HOPELESS = 60.0  # twice the logarithm of the odds: what has so much against it
@@ -11,6 +12,11 @@ HOPELESS = 60.0  # twice the logarithm of the odds: what has so much against it
 def numbers_fitted(fit):
     """How many numbers the forms of a fit have to suit: their strengths, and the values of their shapes."""
     return sum(len(c.columns) + (len(c.family.values) if c.family else 0) for c in fit.chosen)
+
+
+def further_columns(fit):
+    """How many columns its forms have beyond one each."""
+    return sum(len(c.columns) - 1 for c in fit.chosen)
 
 
 class Beyond:
@@ -30,15 +36,27 @@ class Beyond:
 
     def _share_taken(self):
         """Probability by the share that the other set closes of what the effects leave, over all channels, those at its joint, or the
-        torque there alone: what neither touches says nothing about them."""
+        torque there alone: what neither touches says nothing about them. One with fewer numbers is a rival like any other besides."""
         mine, theirs = (self.search.held_out_excess(one.chosen) for one in (self.fit, self.other))
-        return max(self._taken_in(kinds, mine, theirs) for kinds in self.search.dataset.scopes_at(self.first.joint))
+        return max(self._as_rival(), *(self._taken_in(kinds, mine, theirs) for kinds in self.search.dataset.scopes_at(self.first.joint)))
+
+    def _as_rival(self):
+        """Probability of the other set, where it is the simpler one and leaves less, by the odds of rivals: rough forms take up what anything
+        leaves, but not with fewer numbers than the effects have."""
+        less = self.fit.excess - self.other.excess
+        if not self.fit.chosen or less <= 0.0 or not self._is_simpler():
+            return 0.0
+        fewer = further_columns(self.fit) - further_columns(self.other)
+        odds = 0.5 * less / self.search.temperature_of(self.fit) + COLUMN_PENALTY * fewer
+        return 1.0 / (1.0 + math.exp(-min(odds, HOPELESS)))
+
+    def _is_simpler(self):
+        return numbers_fitted(self.other) < numbers_fitted(self.fit)
 
     def _taken_in(self, kinds, mine, theirs):
         """The same of some kinds of channel: at half of it, as likely as not. What reconstruction leaves as well is no reason for another
         set, unless that is the simpler one, too."""
-        simpler = numbers_fitted(self.other) < numbers_fitted(self.fit)
-        least = self.search.detection_threshold if simpler else sum(self.search.floor_of[kind] for kind in kinds)
+        least = self.search.detection_threshold if self._is_simpler() else sum(self.search.floor_of[kind] for kind in kinds)
         left, then = (max(sum(excess[kind] for kind in kinds), least) for excess in (mine, theirs))
         if then >= left:
             return 0.0
