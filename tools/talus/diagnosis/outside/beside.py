@@ -54,8 +54,8 @@ class Beyond:
         return numbers_fitted(self.other) < numbers_fitted(self.fit)
 
     def _taken_in(self, kinds, mine, theirs):
-        """The same of some kinds of channel: at half of it, as likely as not. What reconstruction leaves as well is no reason for another
-        set, unless that is the simpler one, too."""
+        """Probability by the share closed in some kinds of channel: at half of it, as likely as not. What reconstruction leaves as well is
+        no reason for another set, unless that is the simpler one, too."""
         least = self.search.detection_threshold if self._is_simpler() else sum(self.search.floor_of[kind] for kind in kinds)
         left, then = (max(sum(excess[kind] for kind in kinds), least) for excess in (mine, theirs))
         if then >= left:
