@@ -216,9 +216,8 @@ def test_where_the_one_that_closes_most_is_nothing_another_is_taken():
 
     def another(empty):
         search = Toy({frozenset(names.split()): excess for names, excess in left.items()}, empty)
-        search.scan = lambda chosen: [search.fit([*chosen, candidate(name)]) for name in ("spring", "friction", "delay")]
-        search._something = lambda before, found: found
-        return search._another(search.fit([candidate("ripple")]))
+        sets = [search.fit([candidate("ripple"), candidate(name)]) for name in ("spring", "friction", "delay")]
+        return search._another(search.fit([candidate("ripple")]), sets)
 
     assert [[c.key[0] for c in another(empty).chosen] for empty in ((), ["spring"])] == [["ripple", "spring"], ["ripple", "friction"]]
     assert another(["spring", "friction"]) is None

@@ -68,17 +68,19 @@ def test_what_other_columns_do_as_well_tells_nothing():
     assert found[0] == pytest.approx(law - q @ (q.T @ law))
 
 
-def test_noise_alone_is_taken_off():
-    """A weak law in white noise: by chance its halves differ, and that is not counted."""
+def test_noise_alone_is_taken_off(monkeypatch):
+    """A weak law in white noise: its halves differ by more than half, by chance."""
     random = np.random.default_rng(7)
     search, fit = search_of(random, larger_by(0.0, WHERE[0]), Motion(random))
     noisy = search.gram.plain[0]
-    noisy[-1] += 5.0 * random.standard_normal(SAMPLES)
+    noisy[-1] += 25.0 * random.standard_normal(SAMPLES)
     every = np.concatenate([noisy[:1], search.gram.gathered([])[0]])
     found = np.linalg.lstsq(every.T, noisy[-1], rcond=None)[0]
     search.gram.fold_strengths = lambda columns: found[None]
     fit.strengths = [[found[1]], [found[2]]]
     assert not halves.is_uneven(search, fit)
+    monkeypatch.setattr(halves, "DEVIATIONS", 0.0)
+    assert halves.is_uneven(search, fit)
 
 
 @pytest.mark.parametrize(("share", "counts"), [(0.1, False), (0.3, True)])

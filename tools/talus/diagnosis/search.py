@@ -386,7 +386,7 @@ class Search:
         led = [self.all_refined(self.reshaped(fit)) for fit in self._something(best, self.led_to(best.chosen, pairs[0].excess))]
         second, *others = sorted([*pairs, *led], key=lambda fit: fit.excess)
         if not self._is_taken(best, second):
-            second, others = self._another(best), []
+            second, others = self._another(best, self._something(best, self.scan(best.chosen))[:BEAM]), []
         if second is None:
             return best
         self.other_sets = others
@@ -394,7 +394,7 @@ class Search:
             if self._is_taken(second, third[0]):
                 third, *self.other_sets = self._near_refined([third[0], *self._followed(others)], reshape=False)
                 return self._with_worthy_last(third, second)
-            if another := self._another(second):
+            if another := self._another(second, third[1:BEAM]):
                 return self._with_worthy_last(another, second)
         return self._with_worthy_last(second, best)
 
@@ -402,9 +402,9 @@ class Search:
         """Is the further effect worth adding, and likelier something than nothing?"""
         return self.is_worth_adding(before, after) and not self.is_nothing(before, after)
 
-    def _another(self, before):
-        """A set with a further effect that is taken where the one that closes most is not, or None."""
-        for near in self._something(before, self.scan(before.chosen))[:BEAM]:
+    def _another(self, before, found):
+        """Of ranked sets with one effect more the first that is taken, where the one that closes most is not; or None."""
+        for near in found:
             if self.is_worth_adding(before, near):
                 fit = self.all_refined(self.reshaped(near))
                 if self._is_taken(before, fit):

@@ -66,7 +66,7 @@ def _quantities(dataset, layout):
     """What the rows of a joint are halved by: torque and speed with their signs and without, angle, time."""
     joint, every = int(layout.kind[1]), dataset.processed_recordings
     torque = layout.on_rows([processed.target[joint] for processed in every])
-    speed, angle = (layout.on_rows([processed.resample(motion(processed)[joint]) for processed in every])
-                    for motion in (lambda processed: processed.v, lambda processed: processed.q))  # fmt: skip
+    speed = layout.on_rows([processed.resample(processed.v[joint]) for processed in every])
+    angle = layout.on_rows([processed.resample(processed.q[joint]) for processed in every])
     time = layout.on_rows([processed.grid_t_s - processed.grid_t_s[0] for processed in every])
     return torque, np.abs(torque), speed, np.abs(speed), angle, time

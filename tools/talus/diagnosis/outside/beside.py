@@ -44,7 +44,7 @@ class Beyond:
         """Probability of the other set, where it is the simpler one and leaves less, by the odds of rivals: rough forms take up what anything
         leaves, but not with fewer numbers than the effects have."""
         less = self.fit.excess - self.other.excess
-        if not self.fit.chosen or less <= 0.0 or not self._is_simpler():
+        if less <= 0.0 or not self._is_simpler():
             return 0.0
         fewer = further_columns(self.fit) - further_columns(self.other)
         odds = 0.5 * less / self.search.temperature_of(self.fit) + COLUMN_PENALTY * fewer
