@@ -49,6 +49,7 @@ struct tl_flexible_joint {
   double friction_share,
       viscous_share;  /* of the joint's dry and viscous friction that stands beyond the spring */
   double motor_share; /* of the joint's own inertia that turns with its motor */
+  double offset_share; /* of the joint's constant torque that acts on the link */
   double soft_rad, soft_share, hardening_Nm_rad3, drag_Nm; /* as in tl_two_mass */
 };
 /* One of a segment, what is wanted of it, and tl_effect_link_memory(n) doubles to work in. */

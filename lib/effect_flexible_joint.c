@@ -86,17 +86,23 @@ static void set_rows(tl_effect_prepared *p, int joint, double *row, tl_two_mass 
   link->row_bulge_Nm = bulge;
 }
 
+/* what of the joint's constant torque acts on the link */
+static double offset_of(const tl_effect_segment *s, const tl_flexible_joint *f, int joint) {
+  return f->offset_share * tl_joint_offset(s->model, joint);
+}
+
 /* the spring's torque less that of a rigid link: its load, and its share of the friction */
 static void add_own_torque(const tl_effect_prepared *p, const tl_flexible_joint *f, int joint, double turning,
                            const double *torque, double *column) {
   const tl_effect_segment *s = p->segment;
   const tl_drive *d = &s->model->drive[joint];
-  double dry = f->friction_share * d->coulomb_Nm, viscous = f->viscous_share * d->viscous_Nms_rad;
+  double dry = f->friction_share * d->coulomb_Nm, viscous = f->viscous_share * d->viscous_Nms_rad,
+         constant = offset_of(s, f, joint);
   size_t i;
 
   for (i = 0; i < s->n; i++)
-    column[i] += torque[i] - (p->load_Nm[joint][i] - turning * s->a[joint][i] + dry * s->slip[joint][i] +
-                              viscous * s->v[joint][i]);
+    column[i] += torque[i] - (p->load_Nm[joint][i] - turning * s->a[joint][i] + constant +
+                              dry * s->slip[joint][i] + viscous * s->v[joint][i]);
 }
 
 /* what the other joint feels of a link that stands `angle` ahead and accelerates by itself */
@@ -125,14 +131,14 @@ static double *part_of(const tl_columns_link *l, int part) {
 static int begin_link(const tl_columns_link *l, int joint, tl_two_mass_run *run, double *turning) {
   const tl_effect_segment *s = l->p->segment;
   const double *load = tl_columns_load(l->p, joint);
-  double *other = part_of(l, OTHER);
+  double *other = part_of(l, OTHER), constant = offset_of(s, &l->joint, joint);
   size_t i;
 
   run->link = link_of(l->p, &l->joint, joint, turning);
   if (!(run->link.inertia_kg_m2 > 0.0)) return 0;
   set_rows(l->p, joint, part_of(l, ROWS), &run->link);
   for (i = 0; i < s->n; i++)
-    other[i] = load[i] - (*turning + run->link.row_inertia_kg_m2[i]) * s->a[joint][i];
+    other[i] = load[i] + constant - (*turning + run->link.row_inertia_kg_m2[i]) * s->a[joint][i];
   run->t_s = s->t_s;
   run->motor_rad = s->q[joint];
   run->motor_rad_s = s->v[joint];

@@ -258,6 +258,19 @@ static double viscous(const tl_effect_dynamics *p, int joint) {
   return p->model->drive[joint].viscous_Nms_rad * (1.0 - p->change[joint].viscous_share);
 }
 
+/* what of its constant torque acts on a link that is not rigid with its motor */
+static double link_offset(const tl_effect_dynamics *p, int joint) {
+  return p->twists[joint] ? p->change[joint].offset_share * tl_joint_offset(p->model, joint) : 0.0;
+}
+
+double tl_effect_dynamics_offset_W(const tl_effect_dynamics *p, int joint, const tl_motion *motion,
+                                   const tl_link_state *link) {
+  double whole = tl_joint_offset(p->model, joint) * motion->v[joint];
+
+  if (p->effects == 0 || !p->twists[joint]) return whole;
+  return whole + link_offset(p, joint) * (link->v[joint] - motion->v[joint]);
+}
+
 static tl_status look_at(const tl_effect_dynamics *p, int joint, double t_s, double drive_Nm,
                          tl_joint_mode mode, const tl_motion *motion, joint_side *side) {
   const tl_model *m = p->model;
@@ -269,7 +282,7 @@ static tl_status look_at(const tl_effect_dynamics *p, int joint, double t_s, dou
       side->now.gravity_tilt_Nm = tl_effect_tilt_of(m, motion, joint);
   if (p->needs_rotor[joint]) side->now.rotor_Nm = tl_rotor_torque(m, motion, joint);
   side->drive = drive_Nm - viscous(p, joint) * motion->v[joint];
-  side->drive -= tl_joint_offset(m, joint);
+  side->drive -= tl_joint_offset(m, joint) - link_offset(p, joint);
   if (mode == TL_MODE_FORWARD || mode == TL_MODE_BACKWARD) {
     side->now.slip = (double)mode;
     return solve_load(p, joint, side);
@@ -488,7 +501,7 @@ static void move_motor(const tl_effect_dynamics *p, int j, const tl_joint_mode *
   side->bend = ahead[2] * motion->v[j] * motion->v[j];
   side->inertia = tl_motor_inertia(p->model, j, c->motor_share, motion, &turning);
   side->left = side->drive - side->torque - side->now.slip * side->level - torque * side->gear - turning;
-  e->left[j] = torque - rub;
+  e->left[j] = torque - rub - link_offset(p, j);
   e->held[j] = sticks;
   set_drag(p, j, mode, rate, side, e, loss_W);
 }

@@ -39,6 +39,9 @@ void tl_effect_dynamics_begin(const tl_effect_dynamics *p, const tl_motion *moti
 double tl_effect_dynamics_link_friction(const tl_effect_dynamics *p, int joint);
 /* Dry friction between a joint's motor and its link [N m]. */
 double tl_effect_dynamics_drag(const tl_effect_dynamics *p, int joint);
+/* Power that a joint's constant torque takes, of its motor and of a link that is not rigid with it. */
+double tl_effect_dynamics_offset_W(const tl_effect_dynamics *p, int joint, const tl_motion *motion,
+                                   const tl_link_state *link);
 /* The speed of a joint whose link keeps to its motor: the motor's, as its ripple lets it run ahead. */
 double tl_effect_dynamics_speed(const tl_effect_dynamics *p, int joint, const tl_motion *motion);
 /* Accelerations and slip for given modes, as tl_forward takes torques: motion->a, motion->slip, and the

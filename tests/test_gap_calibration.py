@@ -170,12 +170,14 @@ def test_where_the_inertia_is_not_known_an_effect_must_gain_more_than_anything_i
     other = ("elasticity", "joint")
     calibration = Calibration({KEY: 9e4, other: 500.0}, [{other: gain} for gain in (400.0, 500.0, 450.0)], {"T0": 0.0}, 16.0)
 
-    def at_most(gain, fixed, within=False):
+    def limit(gain, fixed, within=False):
         search = SimpleNamespace(calibration=calibration, fit=lambda chosen: SimpleNamespace(excess=gain), is_within_noise=lambda: within,
                                  dataset=WITH_EFFECTS)  # fmt: skip
         return verdict.at_most(search, SimpleNamespace(chosen=[ONE], excess=0.0), ONE, fixed)
 
-    assert at_most(600.0, fixed=True) == 1.0
+    at_most = lambda *given, **options: limit(*given, **options)[0]
+    assert limit(600.0, fixed=True) == (1.0, None) and limit(9e4, fixed=True, within=True)[1] == "noise"
+    assert limit(600.0, fixed=False)[1] == limit(9e4, fixed=None)[1] == "inertia"
     assert at_most(9e4, fixed=True, within=True) == thresholds.NEARLY_HALF  # the model without it leaves no more than the noise
     assert at_most(9e4, fixed=False) > 0.99 and at_most(600.0, fixed=False) < 0.1
     assert at_most(-100.0, fixed=False) < 0.1  # an effect that opens more than it closes

@@ -35,7 +35,7 @@ def judged(monkeypatch):
         monkeypatch.setattr(further, "survives", lambda search, fit, rivals, dataset: shown)
         monkeypatch.setattr(further, "is_uneven", lambda search, fit: fit.chosen[-1] is uneven)
         search = SimpleNamespace(fit=fit_of, further={GIVEN.key: nothing})
-        found = SimpleNamespace(fit=fit_of([FIRST, GIVEN]), further={})
+        found = SimpleNamespace(fit=fit_of([FIRST, GIVEN]), further={}, doubts={})
         return further.judged(search, found, elsewhere=object())
 
     return judge
@@ -57,12 +57,15 @@ def test_another_set_takes_its_share_but_not_the_place(judged):
 
 
 def test_what_another_low_pass_does_not_show_is_doubted(judged):
-    assert judged([1.0, 0.0], shown=False).further == {GIVEN.key: thresholds.NEARLY_HALF}
-    assert judged([1.0, 0.0]).further == {GIVEN.key: pytest.approx(1.0)}
+    hidden, shown = judged([1.0, 0.0], shown=False), judged([1.0, 0.0])
+    assert hidden.further == {GIVEN.key: thresholds.NEARLY_HALF} and hidden.doubts == {GIVEN.key: ["lowpass"]}
+    assert shown.further == {GIVEN.key: pytest.approx(1.0)} and shown.doubts == {GIVEN.key: []}
 
 
 def test_what_has_another_size_elsewhere_is_doubted(judged):
-    assert judged([0.9, 0.1], uneven=GIVEN).further == {GIVEN.key: thresholds.NEARLY_HALF}
+    found = judged([0.9, 0.1], uneven=GIVEN)
+    assert found.further == {GIVEN.key: thresholds.NEARLY_HALF} and found.doubts == {GIVEN.key: ["uneven"]}
+    assert judged([0.9, 0.1], uneven=GIVEN, shown=False).doubts == {GIVEN.key: ["uneven", "lowpass"]}
     assert judged([0.9, 0.1], uneven=RIVAL).further == {GIVEN.key: pytest.approx(0.9)}
     assert judged([0.1, 0.9], uneven=RIVAL).further == {RIVAL.key: thresholds.NEARLY_HALF}
 

@@ -23,7 +23,7 @@ ALLOWED = {
     "diagnosis/effects/stribeck.py": {"0.02 * at.coulomb_Nm", "1.5 * at.usual_coulomb_Nm"},
     "diagnosis/effects/elasticity.py": {"most / stiffness", "harder * stiffness", "float(x[0]) / stiffness",
                                         "stiffness / stiffest"},
-    "diagnosis/effects/backlash.py": {"drag * at.coulomb_Nm"},
+    "diagnosis/effects/backlash.py": {"drag * at.coulomb_Nm", "LEAST_OFFSET * at.coulomb_Nm"},
     "diagnosis/outside/other_joint.py": {"terms.slip[joint] * np.array([q, q * q])"},  # what no entry of the catalogue follows
     "diagnosis/catalogue/place.py": {"terms.drive_Nm[j] * terms.slip[j]"},  # does it drive, or hold back?
 }  # fmt: skip

@@ -63,7 +63,7 @@ def doubted(probabilities, rival_fit):
     given = [(p, effect, "none" if effect == "unknown" else "joint") for effect, p in probabilities.items()]
     found = verdict.Verdict(given, search.fit([FIRST, FURTHER]), 0.0)
     found.further, found.likeliest = {FURTHER.key: 0.9}, {RIVAL.key: search.fit(rival_fit)}
-    verdict.with_named_in_front(search, found.doubted(0.45))
+    verdict.with_named_in_front(search, found.doubted(0.45, "lowpass"))
     return found, [c.key for c in found.fit.chosen]
 
 
@@ -73,7 +73,17 @@ def test_the_named_effect_is_the_first_of_those_that_are_listed():
     assert (found.effect, found.joint) == RIVAL.key and listed == [RIVAL.key, FURTHER.key] and found.further == {FURTHER.key: 0.9}
     found, listed = doubted({"linkage_error": 0.8, "encoder_eccentricity": 0.2}, [FURTHER, RIVAL])
     assert (found.effect, found.joint) == FIRST.key and listed == [FIRST.key, FURTHER.key]
+    assert found.doubts == {FIRST.key: ["lowpass"]}
+    assert doubted({"linkage_error": 0.4, "encoder_eccentricity": 0.3, "unknown": 0.3}, [FURTHER, RIVAL])[0].doubts == {}  # it was no surer
     assert doubted({"linkage_error": 0.5, "encoder_eccentricity": 0.03, "unknown": 0.47}, [FURTHER, RIVAL])[1] == []
+
+
+def test_further_effects_are_no_surer_than_their_limits_and_say_why():
+    found = verdict.Verdict([(0.9, *FIRST.key)], PLAIN, 0.0)
+    found.further, found.doubts = {FURTHER.key: 0.9, RIVAL.key: 0.3, ITS_OWN.key: 0.8}, {FURTHER.key: ["uneven"]}
+    found.limit({FURTHER.key: (0.45, "noise"), RIVAL.key: (0.45, "noise"), ITS_OWN.key: (1.0, None)})
+    assert found.further == {FURTHER.key: 0.45, RIVAL.key: 0.3, ITS_OWN.key: 0.8}
+    assert found.doubts == {FURTHER.key: ["uneven", "noise"]}
 
 
 def test_what_only_a_rivals_fit_has_is_not_said_with_confidence():

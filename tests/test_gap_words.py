@@ -12,7 +12,7 @@ def gap(identified, extended, floor, closed, unit="Nm", nominal=9.0, measured=9.
 def report(effect, joint, probability, effects=(), **gaps):
     return {"verdict": {"effect": effect, "joint": joint, "probability": probability},
             "alternatives": [{"effect": "unknown", "joint": "none", "probability": 1 - probability}],
-            "effects": [{"effect": e, "joint": j} for e, j in effects], "where": [], "findings": [], "resembles": [],
+            "effects": [{"effect": e, "joint": j, "doubts": []} for e, j in effects], "where": [], "findings": [], "resembles": [],
             "gap": gaps or {"knee": gap(0.0058, 0.0034, 0.0015, 0.7), "ankle": gap(0.0003, 0.0003, 0.0003, 0.0)}}  # fmt: skip
 
 
@@ -45,7 +45,10 @@ def test_a_base_effect_speaks_of_the_joint_where_it_shows():
 def test_what_is_not_sure_is_not_said_to_be():
     said = words.sentence(report("load_friction", "knee", 0.4, KNEE))
     assert said.startswith("The cause of the gap is not certain. Likeliest is friction")
-    assert "The gap comes from" not in said
+    assert "The gap comes from" not in said and "Not surer" not in said
+    doubtful = report("load_friction", "knee", 0.4, KNEE)
+    doubtful["effects"][0]["doubts"] = ["uneven", "lowpass"]
+    assert words.sentence(doubtful) == f"{said} Not surer, for {words.DOUBTS['uneven']} and {words.DOUBTS['lowpass']}."
     assert words.sentence(report("load_friction", "knee", 0.6, KNEE)).startswith("The gap most likely comes from friction")
 
 

@@ -566,6 +566,38 @@ def test_first_order_prediction_takes_most_of_a_further_bodys_gap(effect, joint,
         assert np.std(recording["shank_rad"] - recording["knee_motor_rad"] / 51) > 1e-4
 
 
+# ---- a constant torque on either side of a gap -----------------------------------------------
+
+
+@pytest.mark.parametrize("share", [0.0, 0.3, 1.0])
+def test_a_constant_torque_moves_the_side_of_a_gap_that_it_acts_on(share):
+    """Within the gap motor and link move by themselves, and its work is their energy."""
+    m, motor, link, t = pendulum(inertia=0.5, moment=0.0), 0.2, 0.3, 0.1
+    m.torque_offset_Nm = 0.4
+    s, _keep = begin(m, 0.0, 0.0, ("backlash", 0, 1.0, 0.1, 3000.0, 0.0, 0.0, 0.0, 0.4, 0.0, share))
+    advance(m, s, t)
+    assert [s.motion.v[0], s.link.v[0]] == pytest.approx([-(1 - share) * 0.4 * t / motor, -share * 0.4 * t / link], rel=1e-9)
+    assert s.work_J == pytest.approx(0.5 * (motor * s.motion.v[0] ** 2 + link * s.link.v[0] ** 2), rel=1e-6)
+
+
+@pytest.mark.parametrize("share", [0.0, 1.0])
+def test_prediction_holds_the_link_to_the_face_that_a_constant_force_presses_it_to(share, tmp_path):
+    play = {"share": 1.0, "gap_rad": 0.001, "stiffness_Nm_rad": 4e5, "damping_s": 0.01, "friction_share": 0.3, "motor_share": 0.4}
+    tree = yaml.safe_load(MODEL["slider"].read_text()) | {"force_offset_N": 12.0}
+    models = {}
+    for side in (share, 1.0 - share):
+        tree["effects"] = [{"effect": "backlash", "joint": "slider", "parameters": {**play, "offset_share": side}}]
+        models[side] = tmp_path / f"{side}.yaml"
+        models[side].write_text(yaml.safe_dump(tree))
+    recording, motion = simulate(tmp_path, models[share], "--duration", 10, "--rate", 1000)
+    off = {}
+    for side, model in models.items():
+        run("talus-predict", "--model", model, "--out", tmp_path / "p.csv", tmp_path / "r.csv")
+        predicted, speed = rows(tmp_path / "p.csv")["slider_force_N"], np.abs(motion["slider_velocity_m_s"])
+        off[side] = score(recording["time_s"], recording["slider_force_N"], predicted, speed)[2]
+    assert off[share] < 0.2 * off[1.0 - share]
+
+
 # ---- drag between motor and link ----------------------------------------------------------
 
 

@@ -2,7 +2,7 @@
 #include "../effect_columns.h"
 
 enum { SHARE, STRENGTHS };
-enum { GAP, STIFFNESS, DAMPING, FRICTION_SHARE, VISCOUS_SHARE, MOTOR_SHARE, DRAG, SHAPES };
+enum { GAP, STIFFNESS, DAMPING, FRICTION_SHARE, VISCOUS_SHARE, MOTOR_SHARE, DRAG, OFFSET_SHARE, SHAPES };
 
 #define DAMPING_S 1e-3 /* of the teeth in contact: their damping over their stiffness */
 
@@ -17,6 +17,7 @@ static void change(const double *value, tl_effect_change *to) {
   tl_effect_larger(&to->viscous_share, shape[VISCOUS_SHARE]);
   tl_effect_larger(&to->motor_share, shape[MOTOR_SHARE]);
   to->drag_Nm += shape[DRAG];
+  tl_effect_larger(&to->offset_share, shape[OFFSET_SHARE]);
 }
 
 /* the joint swings between the teeth under the load of its motor's motion, half the gap to each side */
@@ -29,6 +30,7 @@ static void link(const double *shape, tl_flexible_joint *to) {
   to->motor_share = shape[MOTOR_SHARE];
   to->soft_share = 1.0;
   to->drag_Nm = shape[DRAG];
+  to->offset_share = shape[OFFSET_SHARE];
 }
 
 const tl_effect_kind tl_effect_backlash = {
@@ -52,7 +54,9 @@ const tl_effect_kind tl_effect_backlash = {
          [STRENGTHS + MOTOR_SHARE] = {"motor_share", 0.02, 0.9, TL_EFFECT_MOTOR_SHARE,
                                       TL_DEFAULT(TL_EFFECT_MOTOR_SHARE)},
          /* friction between motor and joint in the gap */
-         [STRENGTHS + DRAG] = {"drag_Nm", 0.0, 100.0, 0.0, TL_DEFAULT(0.0)}},
+         [STRENGTHS + DRAG] = {"drag_Nm", 0.0, 100.0, 0.0, TL_DEFAULT(0.0)},
+         /* of the joint's constant torque: it presses the joint to one face, or its motor */
+         [STRENGTHS + OFFSET_SHARE] = {"offset_share", 0.0, 1.0, 0.0, TL_DEFAULT(0.0)}},
     .change = change,
     .link = link,
     .memory_s = 2.0,

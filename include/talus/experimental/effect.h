@@ -114,6 +114,7 @@ typedef struct tl_effect_change {
   double motor_share;    /* where they are not rigid: of the joint's own inertia, what turns with the motor */
   double friction_share; /* of its dry friction, what stands on the link's side */
   double viscous_share;  /* of its viscous friction */
+  double offset_share;   /* of its constant torque */
   double drag_Nm;        /* dry friction between motor and link */
   int mount_modes;       /* of the base; more than TL_MOUNT_MODES: the last are left out */
   tl_effect_mount mount[TL_MOUNT_MODES];

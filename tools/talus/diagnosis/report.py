@@ -67,7 +67,8 @@ def diagnosis(search, verdict, seed, findings, through):
         # a further effect is as sure as that something explains the gap, and that it is itself part of that
         further = verdict.known * verdict.further.get((item["effect"], item["joint"]), 1.0)
         item["probability"] = own[0] if own and first else further
-    order = ("effect", "joint", "probability", "parameters", "interval", "closes", "gap_before", "gap_after")
+        item["doubts"] = verdict.doubts.get((item["effect"], item["joint"]), [])
+    order = ("effect", "joint", "probability", "doubts", "parameters", "interval", "closes", "gap_before", "gap_after")
     report["effects"] = [{name: item[name] for name in order} for item in listed]
     if source := tilt_source.of(near, fit):
         report["effects"][tilt_source.place_of(near, fit)]["source"] = source

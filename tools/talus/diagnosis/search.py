@@ -271,7 +271,7 @@ class Search:
             key = fit.chosen[-1].key
             if key not in starts or fit.excess < starts[key].excess:
                 starts[key] = fit
-        near = [fit for fit in starts.values() if not fit.is_physical() and fit.excess < REFINED_WITHIN * best]
+        near = [fit for fit in starts.values() if not fit.is_physical() and self._may_come_near(fit, len(chosen), best)]
         return [end for fit in near if (end := refined(self, fit, len(chosen))).is_physical()]
 
     def nearest_refined(self, found, place, best):

@@ -36,13 +36,24 @@ class Verdict:
         self.likeliest = {}  # (effect, joint): the likeliest fit with that effect, which stands last in it
         self.stable = None  # does it survive another low-pass? None where nothing is named, or that was not tried
         self.further = {}  # (effect, joint): probability of each effect after the first
+        self.doubts = {}  # (effect, joint): why it is not surer, as words.DOUBTS has it
         self.beyond = None  # outside.beside.Beyond: what could stand there that is in no catalogue
         self.resembles = []  # [(probability, candidate)] of that
 
-    def doubted(self, at_most):
-        """The same where the named effect may be what the sensors did. What it loses goes to `none` and `unknown` alike, for nothing
-        tells which of them it is."""
+    def limit(self, most):
+        """Further effects are no surer than `most`, {(effect, joint): (probability, why)}."""
+        for key, sure in self.further.items():
+            limit, why = most[key]
+            self.further[key] = min(sure, limit)
+            if sure > limit:
+                self.doubts[key] = [*self.doubts.get(key, []), why]
+
+    def doubted(self, at_most, why):
+        """The same where the named effect may be what the sensors did, by what `why` says. What it loses goes to `none` and `unknown`
+        alike, for nothing tells which of them it is."""
         first, effect, joint = self.probabilities[0]
+        if first > at_most:
+            self.doubts[effect, joint] = [why]
         over = max(first - at_most, 0.0)
         rest = {(e, j): p for p, e, j in self.probabilities[1:]}
         for no_cause in ("none", "unknown"):
@@ -221,14 +232,14 @@ def judge(search, fit, other=None, around=(), fixed=True):
     if verdict.beyond:
         verdict.beyond.add_to(verdict)
     steady = keep_their_size(search, verdict.fit, [one() for one in around]) if around else {c.key for c in verdict.fit.chosen}
-    most = {c.key: at_most(search, verdict.fit, c, fixed) if c.key in steady else NEARLY_HALF for c in verdict.fit.chosen}
-    verdict.further = {key: min(p, most[key]) for key, p in verdict.further.items()}
+    most = {c.key: at_most(search, verdict.fit, c, fixed) if c.key in steady else (NEARLY_HALF, "lowpass") for c in verdict.fit.chosen}
+    verdict.limit(most)
     if verdict.effect == "unknown":
         return verdict
     first = verdict.fit.chosen[0]
     if other or around:
         verdict.stable = survives(search, verdict.fit, verdict.rivals, elsewhere) if other else first.key in steady
-    verdict.doubted(NEARLY_HALF if verdict.stable is False else most[first.key])
+    verdict.doubted(*((NEARLY_HALF, "lowpass") if verdict.stable is False else most[first.key]))
     return with_named_in_front(search, verdict)
 
 
@@ -250,17 +261,19 @@ def in_front(search, fit):
 
 
 def at_most(search, fit, one, fixed):
-    """How probable one effect of a fit can be, for what the readings alone may gain. Where they leave the inertia unknown the effect
-    may stand for that, and must gain more than anything gains in replicates; where most of it is lost, these tell too little. Nor is
-    an effect sure where without any no more than the noise is left, nor a spring that pushes away."""
+    """(how probable one effect of a fit can be, why it is no more), for what the readings alone may gain. Where they leave the inertia
+    unknown the effect may stand for that, and must gain more than anything gains in replicates; where most of it is lost, these tell too
+    little. Nor is an effect sure where without any no more than the noise is left, nor a spring that pushes away."""
     calibration = search.calibration
-    if (calibration and calibration.outdone()) or search.is_within_noise() or not may_push_back(search, fit, one):
-        return NEARLY_HALF
+    doubts = {"replicates": bool(calibration and calibration.outdone()), "noise": search.is_within_noise(),
+              "pushes": not may_push_back(search, fit, one)}  # fmt: skip
+    if any(doubts.values()):
+        return NEARLY_HALF, next(name for name, holds in doubts.items() if holds)
     if fixed:
-        return 1.0
+        return 1.0, None
     if fixed is None or not calibration:
-        return NEARLY_HALF
-    return 1.0 - calibration.by_readings(search.fit([c for c in fit.chosen if c is not one]).excess - fit.excess)
+        return NEARLY_HALF, "inertia"
+    return 1.0 - calibration.by_readings(search.fit([c for c in fit.chosen if c is not one]).excess - fit.excess), "inertia"
 
 
 def first_judgement(search, fit, sound):

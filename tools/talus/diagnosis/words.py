@@ -17,6 +17,15 @@ UNITS = {  # by the end of a parameter's name
     "m": "m", "m_N": "m/N", "s": "s", "C": "°C", "Hz": "Hz",
 }  # fmt: skip
 
+DOUBTS = {  # why an effect is no surer
+    "lowpass": "another low-pass does not show it, or not with this size",
+    "uneven": "one half of the motion shows another size of it",
+    "replicates": "replicates without any effect gain as much",
+    "noise": "without any effect no more than the noise is left",
+    "pushes": "such a spring would push the joint away",
+    "inertia": "the sensors leave the inertia unknown, and it may stand for that",
+}
+
 
 class Scale:
     """Figures of one kind in a unit of readable size."""
@@ -53,6 +62,11 @@ def at(effect, joint):
 def figure(x):
     """A number without a unit: to three digits, and no power of ten where it is large."""
     return f"{x:,.0f}" if x >= 100 else f"{x:.3g}"
+
+
+def doubts(effect):
+    """Why an entry of GAP.json's `effects` is no surer: a sentence; "" where nothing speaks against it."""
+    return f"Not surer, for {' and '.join(DOUBTS[one] for one in effect['doubts'])}." if effect["doubts"] else ""
 
 
 def nearest(one):
@@ -213,6 +227,7 @@ def sentence(report):
         return f"{head} What comes nearest is {cause(first['effect'], first['joint'], is_linear(report), titles(report))}: {closing(report)}."
     named = cause(verdict["effect"], verdict["joint"], is_linear(report), titles(report))
     if verdict["probability"] < LIKELY:
-        return f"The cause of the gap is not certain. Likeliest is {named} ({sure}): {closing(report)}."
+        why = next((f" {said}" for one in report["effects"][:1] if (said := doubts(one))), "")
+        return f"The cause of the gap is not certain. Likeliest is {named} ({sure}): {closing(report)}.{why}"
     how = "comes" if verdict["probability"] >= CERTAIN else "most likely comes"
     return f"The gap {how} from {named} ({sure}): {closing(report)}."

@@ -78,7 +78,7 @@ def twists_of(model: Model) -> dict[int, tuple[float, float, float, float]]:
     effects, out = ffi.new("tl_effect[]", model.effects), {}
     for j in range(len(model.joints)):
         c = lib.tl_effects_change(effects, len(model.effects), j)
-        if c.compliance_rad_Nm > 0 and not (c.friction_share or c.viscous_share or c.drag_Nm):
+        if c.compliance_rad_Nm > 0 and not (c.friction_share or c.viscous_share or c.drag_Nm or c.offset_share):
             out[j] = (c.motor_share, 1 / c.compliance_rad_Nm, c.damping_s / c.compliance_rad_Nm, c.hardening_Nm_rad3)
     return out
 
@@ -146,7 +146,7 @@ def _callback(name: str, effect: Any) -> str | None:
         return None if v.get("angles_too") or v.get("delay_s", 0.0) < 0 else SHOWN
     if name == "kinematic_error" and (v["sine_rad"] or v["cosine_rad"]):
         return None
-    if name in ("elasticity", "backlash") and (v["friction_share"] or v["viscous_share"] or v.get("drag_Nm") or v.get("friction_compliance_rad_Nm")):
+    if name in ("elasticity", "backlash") and (v["friction_share"] or v["viscous_share"] or v.get("drag_Nm") or v.get("offset_share") or v.get("friction_compliance_rad_Nm")):
         return None
     return FORCES if name in BY_FORCES or terms.acts_by_law(effect) else None
 

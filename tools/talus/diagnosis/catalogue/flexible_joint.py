@@ -7,16 +7,16 @@ STIFFNESSES_NM_RAD = (200, 400, 800, 1500, 3000, 6000, 12000)
 SOFTER_NM_RAD = (25, 50, 100)  # of a link so light that it swings on them no slower than a single joint's does
 STIFFEST_NM_RAD = 30000.0
 # of a single joint or axis, which may be of any size: at which its own inertia swings on the spring
-FREQUENCIES_HZ, TEETH_HZ = (4.0, 7.0, 12.0, 20.0, 33.0, 55.0), 55.0
+FREQUENCIES_HZ = (4.0, 7.0, 12.0, 20.0, 33.0, 55.0)
 SOFTEST_HZ, STIFFEST_HZ = 2.0, 120.0
 SOFTEST, STIFFEST = 0.1, 1e8
 MOTOR_SHARE = 0.15  # of the joint's own inertia that turns with its motor: a knee's rotor through its ratio
-KNEE_MOTOR_SHARES = (0.15, 0.4)
+MOTOR_SHARES = (0.15, 0.4)
 
 
 def motor_shares(at):
     """An ankle's rotor is known."""
-    return KNEE_MOTOR_SHARES if at.dataset.at_motor and at.number == 0 else (MOTOR_SHARE,)
+    return MOTOR_SHARES if at.dataset.at_motor and at.number == 0 else (MOTOR_SHARE,)
 
 
 def stiffness_at(at, frequency_Hz):

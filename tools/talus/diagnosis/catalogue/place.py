@@ -79,7 +79,12 @@ class Place:
     @property
     def has_offset(self):
         """Is a constant torque among what is identified?"""
-        return bool(np.any(self.all_terms[0].instants(self.number)["offset_Nm"] != 0.0))
+        return self.offset_Nm != 0.0
+
+    @property
+    def offset_Nm(self):
+        """The constant torque that is identified."""
+        return float(self.all_terms[0].instants(self.number)["offset_Nm"][0])
 
     @property
     def travels(self):

@@ -212,6 +212,8 @@ def _effect(out, number, effect, report):
     size = words.size(effect["effect"], effect["parameters"], straight)
     cause = words.cause(effect["effect"], effect["joint"], straight, words.titles(report))
     out.table(f"{number}. {cause}{f': {size}' if size else ''}", ["parameter", "value", "unit"], rows)
+    if said := words.doubts(effect):
+        out.paragraph(said)
     if "source" in effect:
         said = tilt_source.words(effect["source"])
         out.paragraph(f"{said[0].upper()}{said[1:]}.")
