@@ -47,8 +47,8 @@ void tl_columns_rates(const tl_effect_segment *s, double *const *shift);
 struct tl_flexible_joint {
   double stiffness_Nm_rad, gap_rad, damping_s;
   double friction_share,
-      viscous_share;  /* of the joint's dry and viscous friction that stands beyond the spring */
-  double motor_share; /* of the joint's own inertia that turns with its motor */
+      viscous_share;   /* of the joint's dry and viscous friction that stands beyond the spring */
+  double motor_share;  /* of the joint's own inertia that turns with its motor */
   double offset_share; /* of the joint's constant torque that acts on the link */
   double soft_rad, soft_share, hardening_Nm_rad3, drag_Nm; /* as in tl_two_mass */
 };

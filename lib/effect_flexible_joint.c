@@ -153,7 +153,8 @@ static int begin_link(const tl_columns_link *l, int joint, tl_two_mass_run *run,
 static void tell_link(const tl_columns_link *l, int joint, double turning) {
   const tl_effect_segment *s = l->p->segment;
   double *angle = part_of(l, ANGLE), *torque = part_of(l, TORQUE), *column;
-  double *const shift[3] = {angle, torque, part_of(l, OTHER)}; /* the last two are not needed any more, then */
+  double *const shift[3] = {angle, torque,
+                            part_of(l, OTHER)}; /* the last two are not needed any more, then */
   int c;
 
   for (c = TL_MAX_JOINTS; c < TL_EFFECT_CHANNELS; c++) {

@@ -153,7 +153,7 @@ static tl_status evaluate(const plant *p, const tl_joint_mode *mode, double t, p
                : accelerate(p, mode, torque, now);
   if (status != TL_OK) return status;
   tl_joint_torque(p->model, now->q, torque, joint);
-  for (j = 0; j < p->joints; j++) 
+  for (j = 0; j < p->joints; j++)
     x->power += joint[j] * now->v[j] - tl_effect_dynamics_offset_W(&p->acting, j, now, &x->link);
   for (j = 0; j < p->joints && !p->acting.effects; j++) {
     const tl_drive *d = &p->model->drive[j];
