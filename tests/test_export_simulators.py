@@ -104,6 +104,14 @@ def test_loss_report_of_every_effect(folder, target):
     assert not [name for name, (is_, should) in found.items() if is_ != should]
 
 
+def test_a_constant_torque_behind_a_gap_is_lost(folder):
+    """Simulators have it on the motor's side."""
+    given = json.dumps({**parameters("backlash"), "offset_share": 1.0})
+    model = talus.Model.from_text(LEG.read_text() + f"effects: [{{effect: backlash, joint: knee, parameters: {given}}}]\n")
+    _, report = command.export(model, "mjcf", "m.yaml", recording=talus.Recording.read(folder / "leg.csv", model=model))
+    assert [e["how"] for e in report["entries"] if e["effect"] == "backlash"] == ["lost"]
+
+
 def moving(folder):
     model, recording = talus.Model.read(LEG), talus.Recording.read(folder / "leg.csv")
     motion = talus.Regression(model, recording).motion()

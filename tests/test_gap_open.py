@@ -88,4 +88,4 @@ def test_further_effects_are_no_surer_than_their_limits_and_say_why():
 
 def test_what_only_a_rivals_fit_has_is_not_said_with_confidence():
     found, listed = doubted({"linkage_error": 0.52, "encoder_eccentricity": 0.48}, [ITS_OWN, RIVAL])
-    assert listed == [RIVAL.key, ITS_OWN.key] and found.further == {ITS_OWN.key: 0.45}
+    assert listed == [RIVAL.key, ITS_OWN.key] and found.further == {ITS_OWN.key: 0.45} and found.doubts[ITS_OWN.key] == ["unjudged"]

@@ -1,7 +1,9 @@
 """tools/talus/diagnosis/words.py: the first sentence says what the report says, and no more."""
 
+from types import SimpleNamespace
+
 import pytest
-from talus.diagnosis import kinds, words
+from talus.diagnosis import kinds, picture, words
 
 
 def gap(identified, extended, floor, closed, unit="Nm", nominal=9.0, measured=9.0):
@@ -45,10 +47,16 @@ def test_a_base_effect_speaks_of_the_joint_where_it_shows():
 def test_what_is_not_sure_is_not_said_to_be():
     said = words.sentence(report("load_friction", "knee", 0.4, KNEE))
     assert said.startswith("The cause of the gap is not certain. Likeliest is friction")
-    assert "The gap comes from" not in said and "Not surer" not in said
+    assert "The gap comes from" not in said and "no surer" not in said
     doubtful = report("load_friction", "knee", 0.4, KNEE)
     doubtful["effects"][0]["doubts"] = ["uneven", "lowpass"]
-    assert words.sentence(doubtful) == f"{said} Not surer, for {words.DOUBTS['uneven']} and {words.DOUBTS['lowpass']}."
+    assert words.sentence(doubtful) == f"{said} Load friction at the knee is no surer because {words.DOUBTS['uneven']}, and {words.DOUBTS['lowpass']}."
+
+
+def test_the_page_says_of_each_effect_why_it_is_no_surer():
+    said, entries = [], [{"effect": "backlash", "joint": "slider", "doubts": []}, {"effect": "delay", "joint": "slider", "doubts": ["lowpass"]}]
+    picture._doubts(SimpleNamespace(paragraph=said.append), {"effects": entries})
+    assert said == [f"Delay at the slider is no surer because {words.DOUBTS['lowpass']}."]
     assert words.sentence(report("load_friction", "knee", 0.6, KNEE)).startswith("The gap most likely comes from friction")
 
 

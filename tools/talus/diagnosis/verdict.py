@@ -251,6 +251,7 @@ def with_named_in_front(search, verdict):
         verdict.fit = search.plain
     elif named != verdict.fit.chosen[0].key:
         verdict.fit = in_front(search, verdict.likeliest[named])
+        verdict.doubts |= {c.key: ["unjudged"] for c in verdict.fit.chosen[1:] if c.key not in verdict.further}
         verdict.further = {c.key: verdict.further.get(c.key, NEARLY_HALF) for c in verdict.fit.chosen[1:]}
     return verdict
 
@@ -265,10 +266,12 @@ def at_most(search, fit, one, fixed):
     unknown the effect may stand for that, and must gain more than anything gains in replicates; where most of it is lost, these tell too
     little. Nor is an effect sure where without any no more than the noise is left, nor a spring that pushes away."""
     calibration = search.calibration
-    doubts = {"replicates": bool(calibration and calibration.outdone()), "noise": search.is_within_noise(),
-              "pushes": not may_push_back(search, fit, one)}  # fmt: skip
-    if any(doubts.values()):
-        return NEARLY_HALF, next(name for name, holds in doubts.items() if holds)
+    if calibration and calibration.outdone():
+        return NEARLY_HALF, "replicates"
+    if search.is_within_noise():
+        return NEARLY_HALF, "noise"
+    if not may_push_back(search, fit, one):
+        return NEARLY_HALF, "pushes"
     if fixed:
         return 1.0, None
     if fixed is None or not calibration:

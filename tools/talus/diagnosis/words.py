@@ -20,10 +20,11 @@ UNITS = {  # by the end of a parameter's name
 DOUBTS = {  # why an effect is no surer
     "lowpass": "another low-pass does not show it, or not with this size",
     "uneven": "one half of the motion shows another size of it",
-    "replicates": "replicates without any effect gain as much",
-    "noise": "without any effect no more than the noise is left",
+    "replicates": "replicates of these recordings, which hide no effect, gain as much",
+    "noise": "the model without any effect leaves no more than the noise",
     "pushes": "such a spring would push the joint away",
     "inertia": "the sensors leave the inertia unknown, and it may stand for that",
+    "unjudged": "it was found beside another first effect, and not judged beside this one",
 }
 
 
@@ -66,7 +67,10 @@ def figure(x):
 
 def doubts(effect):
     """Why an entry of GAP.json's `effects` is no surer: a sentence; "" where nothing speaks against it."""
-    return f"Not surer, for {' and '.join(DOUBTS[one] for one in effect['doubts'])}." if effect["doubts"] else ""
+    if not effect["doubts"]:
+        return ""
+    named = at(effect["effect"], effect["joint"])
+    return f"{named[0].upper()}{named[1:]} is no surer because {', and '.join(DOUBTS[one] for one in effect['doubts'])}."
 
 
 def nearest(one):
@@ -227,7 +231,7 @@ def sentence(report):
         return f"{head} What comes nearest is {cause(first['effect'], first['joint'], is_linear(report), titles(report))}: {closing(report)}."
     named = cause(verdict["effect"], verdict["joint"], is_linear(report), titles(report))
     if verdict["probability"] < LIKELY:
-        why = next((f" {said}" for one in report["effects"][:1] if (said := doubts(one))), "")
-        return f"The cause of the gap is not certain. Likeliest is {named} ({sure}): {closing(report)}.{why}"
+        why = doubts(report["effects"][0]) if report["effects"] else ""
+        return f"The cause of the gap is not certain. Likeliest is {named} ({sure}): {closing(report)}. {why}".rstrip()
     how = "comes" if verdict["probability"] >= CERTAIN else "most likely comes"
     return f"The gap {how} from {named} ({sure}): {closing(report)}."

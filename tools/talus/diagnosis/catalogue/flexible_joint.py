@@ -11,7 +11,7 @@ FREQUENCIES_HZ = (4.0, 7.0, 12.0, 20.0, 33.0, 55.0)
 SOFTEST_HZ, STIFFEST_HZ = 2.0, 120.0
 SOFTEST, STIFFEST = 0.1, 1e8
 MOTOR_SHARE = 0.15  # of the joint's own inertia that turns with its motor: a knee's rotor through its ratio
-MOTOR_SHARES = (0.15, 0.4)
+MOTOR_SHARES = (0.15, 0.4)  # where it may be heavy, too
 
 
 def motor_shares(at):

@@ -149,6 +149,7 @@ def _causes(out, report):
     with out.side_by_side():
         for number, effect in enumerate(report["effects"], 1):
             _effect(out, number, effect, report)
+    _doubts(out, report)
     _resembles(out, report)
     _nearest(out, report)
     if report["confusable"]:
@@ -158,6 +159,12 @@ def _causes(out, report):
     if report["not_observable"]:
         rows = [[words.name(one["effect"]), one["joint"], one["why"]] for one in report["not_observable"]]
         out.table("What these recordings cannot show", ["effect", "joint", "why"], rows, words=True)
+
+
+def _doubts(out, report):
+    """Why effects are no surer, below their tables."""
+    for said in filter(None, map(words.doubts, report["effects"])):
+        out.paragraph(said)
 
 
 def _resembles(out, report):
@@ -212,8 +219,6 @@ def _effect(out, number, effect, report):
     size = words.size(effect["effect"], effect["parameters"], straight)
     cause = words.cause(effect["effect"], effect["joint"], straight, words.titles(report))
     out.table(f"{number}. {cause}{f': {size}' if size else ''}", ["parameter", "value", "unit"], rows)
-    if said := words.doubts(effect):
-        out.paragraph(said)
     if "source" in effect:
         said = tilt_source.words(effect["source"])
         out.paragraph(f"{said[0].upper()}{said[1:]}.")
