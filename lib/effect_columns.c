@@ -253,7 +253,7 @@ static void set_base(tl_columns_swing *w, double h) {
 static void swing_freely(tl_columns_swing *w, double h, double *x, double *v) {
   double d = h - w->base_s, p = 2.0 * w->decay, q = w->w2, own, rate, a, b;
 
-  if (!(d * d * q < 1e-3)) {
+  if (!(w->base_s > 0.0 && d * d * q < 1e-3)) {
     set_base(w, h);
     d = 0.0;
   }

@@ -10,10 +10,11 @@ import yaml
 from scipy.signal import butter, lfilter, sosfiltfilt
 from support import REPOSITORY, run
 from talus.diagnosis import noise
+from talus.diagnosis.search import Search
 
 pytestmark = pytest.mark.spread
 
-PENDULUM = REPOSITORY / "models/pendulum.yaml"
+LEG, PENDULUM = (REPOSITORY / f"models/{plant}.yaml" for plant in ("leg", "pendulum"))
 RATE_HZ, PERIOD = 100, 700  # rows
 
 
@@ -195,3 +196,42 @@ def test_a_friction_that_varies_erratically_is_unknown(wanders, verdict):
     erratic = correlated(0.6, 82, 5)[:len(columns["time_s"])] * np.tanh(np.gradient(columns["joint_rad"], columns["time_s"]) / 0.05)
     columns["joint_current_A"] = columns["joint_current_A"] + wanders * friction_A * erratic
     assert talus.diagnose(PENDULUM, talus.Recording(columns)).verdict["effect"] == verdict
+
+
+class Channels(Search):
+    """A search of five kinds of channel, of each of which reconstruction may leave 300: what the plain model leaves, and of it what lasts."""
+
+    floor_of, plain = dict.fromkeys(("T0", "T1", "E", "K", "F"), 300.0), None
+
+    def __init__(self, left, lasting):
+        self.left, self.lasting = left, lasting
+
+    def held_out_excess(self, chosen):
+        return {kind: self.left - (self.lasting if kind == "T1" else 0.0) for kind in self.floor_of}
+
+    def irregular(self, fit):
+        return {"T0": 0.0, "T1": self.lasting}
+
+
+@pytest.mark.parametrize(("left", "lasting", "times"), [
+    (100.0, 0.0, 1.0),  # noise, and no kind hides another
+    (600.0, 0.0, 2.0),  # all kinds together
+    (100.0, 1900.0, 100.0 / 300.0),  # what lasts is apart from what a fit leaves of the same chi-square
+    (2100.0, 900.0, 7.0),
+])  # fmt: skip
+def test_what_lasts_in_one_kind_of_channel_is_not_hidden_by_the_others(left, lasting, times, monkeypatch):
+    monkeypatch.setattr(Channels, "plain", SimpleNamespace(chosen=[]))
+    assert Channels(left, lasting).gap_over_floor() == pytest.approx(max(times, 1.0))
+
+
+@pytest.mark.long
+@pytest.mark.parametrize(("wanders", "verdict"), [(0.25, "unknown"), (0.0, "none")])
+def test_an_ankles_friction_that_varies_erratically_is_unknown(wanders, verdict):
+    """It is a tenth of all that a leg's channels may leave."""
+    model = talus.read(LEG)
+    columns = dict(talus.simulate(model, duration_s=64, rate_hz=125, encoder_bits=18).columns)
+    angle, drive = columns["ankle_joint_rad"], yaml.safe_load(LEG.read_text())["ankle"]
+    erratic = correlated(0.6, 82, 5)[:len(angle)] * np.tanh(np.gradient(angle, columns["time_s"]) / 0.05)
+    friction_A = drive["friction"]["coulomb_Nm"] / model.transmission(1).ratio(angle) / drive["torque_constant_Nm_A"]
+    columns["ankle_current_A"] = columns["ankle_current_A"] + wanders * friction_A * erratic
+    assert talus.diagnose(LEG, talus.Recording(columns)).verdict["effect"] == verdict

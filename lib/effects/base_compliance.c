@@ -3,7 +3,11 @@
 
 #include <string.h>
 
+#include "talus/factor.h"
 #include "talus/math.h"
+
+#define BEGIN_SWING 0.5 /* of a swing of the mount: so long what drives it is a parabola */
+#define FEWEST_ROWS 5
 
 enum { TURN, SWAY, RISE, STRENGTHS };
 enum { FREQUENCY, DAMPING, SHAPES };
@@ -18,15 +22,52 @@ static void change(const double *value, tl_effect_change *to) {
     tl_effect_add_mount(to, mode[k], value[k], shape[FREQUENCY], shape[DAMPING]);
 }
 
+/* The parabola a + b t + c t^2 / 2 nearest to a drive over the first span_s of a segment, which begins it; 0 where that has too
+ * few rows. */
+static int parabola(const tl_effect_segment *s, const double *drive, double span_s, double *a, double *b,
+                    double *c) {
+  double part, row[4], bend[3];
+  tl_factor f;
+  size_t i;
+
+  if (tl_factor_init(&f, 3) != TL_OK) return 0;
+  for (i = 0; i < s->n && s->t_s[i] - s->t_s[0] <= span_s; i++) {
+    part = (s->t_s[i] - s->t_s[0]) / span_s;
+    row[0] = 1.0;
+    row[1] = part;
+    row[2] = 0.5 * part * part;
+    row[3] = drive[i];
+    tl_factor_add(&f, row, 1, 1);
+  }
+  if (i < FEWEST_ROWS || tl_factor_solve(&f, 1e-9, bend, NULL) != TL_OK) return 0;
+  *a = bend[0];
+  *b = bend[1] / span_s;
+  *c = bend[2] / (span_s * span_s);
+  return 1;
+}
+
+/* No segment says how the mount swung before it. It begins as it would under a drive that has always been the parabola of its
+ * first BEGIN_SWING of a swing: x'' = -c, and x and x' follow from that. */
+static void begin(const tl_effect_segment *s, const double *shape, const double *drive, double *x,
+                  double *v) {
+  double w = 2.0 * TL_PI * shape[FREQUENCY], lag = 2.0 * shape[DAMPING] / w, a, b, c;
+
+  *x = -drive[0];
+  *v = 0.0;
+  if (!parabola(s, drive, BEGIN_SWING / shape[FREQUENCY], &a, &b, &c)) return;
+  *v = -(b - lag * c);
+  *x = c / (w * w) - a - lag * *v;
+}
+
 /* x'' + 2 d w x' + w^2 x = -w^2 drive: x in shift[0], its rates in the others */
 static void swing(const tl_effect_segment *s, const double *shape, const double *drive,
                   double *const shift[3]) {
-  double w = 2.0 * TL_PI * shape[FREQUENCY], x, v = 0.0;
+  double w = 2.0 * TL_PI * shape[FREQUENCY], x, v;
   tl_columns_spring spring = {1.0 / (w * w), 1.0, 2.0 * shape[DAMPING] / w};
   tl_columns_swing mount = tl_columns_swing_of(spring);
   size_t i;
 
-  x = -drive[0];
+  begin(s, shape, drive, &x, &v);
   for (i = 0; i < s->n; i++) {
     if (i > 0) tl_columns_swing_on(&mount, drive[i - 1], drive[i], s->t_s[i] - s->t_s[i - 1], &x, &v);
     shift[0][i] = x;

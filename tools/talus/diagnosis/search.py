@@ -123,9 +123,10 @@ class Search:
 
     def gap_over_floor(self):
         """What the plain model leaves, over what reconstruction leaves. A kind of channel that is below its floor does not hide
-        what another shows."""
-        found = self.excess_by_kind(self.plain)
-        return sum(max(found[kind], floor) for kind, floor in self.floor_of.items()) / sum(self.floor_of.values())
+        what another shows; what lasts in one is no noise, however little of the whole it is."""
+        found, floor = self.excess_by_kind(self.plain), self.floor_of
+        whole = sum(max(found[kind], floor[kind]) for kind in floor) / sum(floor.values())
+        return max([whole, *(found[kind] / floor[kind] for kind, lasts in self.irregular(self.plain).items() if lasts)])
 
     def off_drawing(self, fit, temperature):
         """Chi-square by which the machine beside a fit's effects is not the one of the model file, the data's taken at a likelihood
