@@ -121,7 +121,7 @@ class Toy(Search):
         return after.excess < 0.5 * before.excess
 
     def is_nothing(self, before, after):
-        return after.chosen[-1].key[0] in self.empty
+        return any(c.key[0] in self.empty for c in after.chosen if c not in before.chosen)
 
 
 def kept(left, chosen, before, empty=()):
@@ -146,6 +146,24 @@ def test_a_set_that_is_in_the_order_in_which_it_was_found_was_tried_already():
 def test_of_three_the_rest_is_tried_as_well():
     left = {"": 1000.0, "a": 800.0, "b": 700.0, "c": 110.0, "a b": 600.0, "a c": 108.0, "b c": 105.0, "a b c": 100.0}
     assert kept(left, "a b c", before="a b")[0] == "c"
+
+
+@pytest.mark.parametrize(("left", "empty", "found"), [
+    ({}, (), "constant delay friction"),  # each alone closes less than half beside the constant, and both nearly all
+    ({"constant friction": 690.0}, (), "constant delay friction"),
+    ({"constant delay": 170.0}, (), "constant"),  # friction is not worth adding to a delay that does as well alone
+    ({}, ["delay"], "constant"),
+    ({"delay friction": 150.0}, (), "constant"),  # nor what was found first
+])  # fmt: skip
+def test_two_effects_that_hide_each_other_are_taken_together_or_not_at_all(left, empty, found):
+    plain = {"": 9000.0, "constant": 1000.0, "constant delay": 600.0, "constant friction": 590.0, "delay friction": 5000.0, "constant delay friction": 100.0}
+    search = Toy({frozenset(names.split()): excess for names, excess in {**plain, **left}.items()}, empty)
+    search._followed = lambda pairs: [search.fit([best.chosen[0], *beside]) for _ in pairs]
+    search._near_refined, search.other_sets = list, []
+    beside = [candidate(name) for name in ("delay", "friction")]
+    best = search.fit([candidate("constant")])
+    got = search._together(best, [search.fit([*best.chosen, one]) for one in beside])
+    assert {c.key[0] for c in got.chosen} == set(found.split())
 
 
 class Open(Search):

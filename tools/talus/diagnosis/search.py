@@ -387,9 +387,10 @@ class Search:
         led = [self.all_refined(self.reshaped(fit)) for fit in self._something(best, self.led_to(best.chosen, pairs[0].excess))]
         second, *others = sorted([*pairs, *led], key=lambda fit: fit.excess)
         if not self._is_taken(best, second):
-            second, others = self._another(best, self._something(best, self.scan(best.chosen))[:BEAM]), []
-        if second is None:
-            return best
+            near, others = [second, *others], []
+            second = self._another(best, self._something(best, self.scan(best.chosen))[:BEAM])
+            if second is None:
+                return self._together(best, near)
         self.other_sets = others
         if self._worth_more(second) and (third := self._something(second, self.scan(second.chosen))):
             if self._is_taken(second, third[0]):
@@ -411,6 +412,20 @@ class Search:
                 if self._is_taken(before, fit):
                     return fit
         return None
+
+    def _together(self, best, pairs):
+        """Two effects that hide each other close little one by one: of the sets with one effect more than `pairs`, none of which is taken, the one
+        that leaves least, if each of its effects is worth adding to the others; else `best`."""
+        found = self._near_refined(self._followed(pairs))
+        if not found or not all(self._is_worthy(found[0], one) for one in found[0].chosen):
+            return best
+        self.other_sets = found[1:]
+        return self.ordered(found[0])
+
+    def _is_worthy(self, fit, one):
+        """Is an effect of a set worth adding to the others in their best forms, and likelier something than nothing?"""
+        others = self.all_refined(self.reshaped(self.fit([c for c in fit.chosen if c is not one])))
+        return self._is_taken(others, fit)
 
     def _with_worthy_last(self, fit, before):
         """A set of effects in its order, without its last one where that is not worth adding to the others in their best forms: what
