@@ -29,13 +29,17 @@ LEAD, AB, BO, AC, BOF = 0.002, 0.090, 0.040, 0.035, np.deg2rad(84.75)
 t = np.arange(0.0, 12.0, 0.002)
 
 
-def waves(middle, *parts):
+def waves(middle, *parts, at=t):
     """Sum of sines (size, Hz, phase): angle, speed, acceleration."""
-    terms = [(size, 2 * np.pi * hz, 2 * np.pi * hz * t + phase) for size, hz, phase in parts]
+    terms = [(size, 2 * np.pi * hz, 2 * np.pi * hz * at + phase) for size, hz, phase in parts]
     return (middle + sum(a * np.sin(x) for a, _, x in terms), sum(a * w * np.cos(x) for a, w, x in terms), sum(-a * w * w * np.sin(x) for a, w, x in terms))
 
 
-KNEE, ANKLE = waves(-0.3, (0.4, 0.43, 0.2), (0.15, 0.91, 1.0)), waves(0.05, (0.1, 0.31, 1.1), (0.04, 0.67, 0.3))
+def motion(at=t):
+    return waves(-0.3, (0.4, 0.43, 0.2), (0.15, 0.91, 1.0), at=at), waves(0.05, (0.1, 0.31, 1.1), (0.04, 0.67, 0.3), at=at)
+
+
+KNEE, ANKLE = motion()
 
 
 def loads(knee=KNEE, ankle=ANKLE):
@@ -87,10 +91,11 @@ def tilted(angle):
 
 
 def swaying(compliance, hz, ratio):
-    """The knee's torque turns the mount back, which swings on its spring; that adds to every absolute angle."""
-    w, force = 2 * np.pi * hz, -compliance * loads()[0]
-    _, _, state = lsim(([[0, 1], [-w * w, -2 * ratio * w]], [[0], [w * w]], np.eye(2), [[0], [0]]), force, t, X0=[force[0], 0.0])
-    x, rate = state.T
+    """The knee's torque turns the mount back, which has swung on its spring for long; that adds to every absolute angle."""
+    before = np.arange(-5.0, t[-1] + 1e-9, 0.002)
+    w, force = 2 * np.pi * hz, -compliance * loads(*motion(before))[0]
+    _, _, state = lsim(([[0, 1], [-w * w, -2 * ratio * w]], [[0], [w * w]], np.eye(2), [[0], [0]]), force, before - before[0])
+    (x, rate), force = state[-len(t):].T, force[-len(t):]
     moved = (KNEE[0] + x, KNEE[1] + rate, KNEE[2] + w * w * (force - x) - 2 * ratio * w * rate)
     return loads(knee=moved) - loads()
 

@@ -98,8 +98,8 @@ def test_what_took_up_a_currents_zero_is_said_with_its_size(tmp_path):
 
 
 def test_what_does_not_move_is_said(tmp_path):
-    """A wave that needs a turn of the motor, on a joint that turns a hundredth of it."""
-    tree, columns = swinging(0.03)
+    """Waves of up to 84 a turn of the motor, on a joint that goes a ninetieth of one."""
+    tree, columns = swinging(0.025)
     tree["joint"]["transmission"]["ratio"] = 1.0
     columns["joint_current_A"] = columns["joint_current_A"] * yaml.safe_load(PENDULUM.read_text())["joint"]["transmission"]["ratio"]
     found = listed(tmp_path, columns, tree)
