@@ -35,7 +35,7 @@ def test_large_figures_have_no_power_of_ten(x, text):
 def test_a_cause_with_its_gain():
     assert words.sentence(report("load_friction", "knee", 0.97, KNEE)) == (
         "The gap comes from friction that grows with the load (load friction) at the knee (probability 0.97): modelling it takes "
-        "the knee's error from 5.8 to 3.4 mNm on data held out, where the noise alone is 1.5.")  # fmt: skip
+        "the knee's error from 5.8 to 3.4 mNm on data held out, where the noise alone is 1.5 mNm.")  # fmt: skip
 
 
 def test_a_base_effect_speaks_of_the_joint_where_it_shows():
@@ -81,10 +81,10 @@ def test_none():
     quiet = gap(0.00104, 0.00104, 0.001, 0.0)
     assert none(knee=quiet) == "The model explains these recordings down to their noise; no further effect is needed (probability 0.90)."
     assert none(knee=quiet, ankle=gap(0.81, 0.81, 0.27, 0.0)) == (
-        "No effect shows (probability 0.90). The ankle's error is 810 mNm on data held out, where the noise alone is 270; "
+        "No effect shows (probability 0.90). The ankle's error is 810 mNm on data held out, where the noise alone is 270 mNm; "
         "such sensors leave about as much without any effect.")  # fmt: skip
     assert none(calibrated=False, slider=gap(3.0, 3.0, 2.0, 0.0, unit="N")) == (
-        "No effect shows (probability 0.90). The slider's error is 3 N on data held out, where the noise alone is 2.")
+        "No effect shows (probability 0.90). The slider's error is 3 N on data held out, where the noise alone is 2 N.")
 
 
 def test_noise_that_is_much_of_the_torque_is_said():

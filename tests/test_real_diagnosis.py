@@ -115,6 +115,19 @@ def test_the_next_experiment_of_single_joints_and_of_sensors_at_the_output(diagn
 
 @pytest.mark.long
 @needs_data
+def test_a_late_current_and_a_load_friction_that_hide_each_other_are_both_named(tmp_path):
+    """Beside the wrong constant each closes less than what a further effect must. The set's README has both: friction grows with the load,
+    and its own fit leaves less with a current that is 10 ms late."""
+    model = model_of("ak80", "ak80_A_test_1", tmp_path / "m.yaml")
+    del model["score"]
+    (tmp_path / "m.yaml").write_text(yaml.safe_dump(model))
+    run("talus-gap", "--quiet", "--model", tmp_path / "m.yaml", "--report", tmp_path / "gap.json", data("ak80_9_dyno/ak80_A_test_1.csv"))
+    found = {one["effect"]: one["probability"] for one in json.loads((tmp_path / "gap.json").read_text())["effects"]}
+    assert set(found) == {"torque_constant", "delay", "load_friction"} and min(found.values()) > 0.5
+
+
+@pytest.mark.long
+@needs_data
 def test_a_joint_whose_low_pass_cannot_be_halved_has_no_cause_that_is_likelier_than_not(tmp_path):
     """ur10e's joint 5, without the low-pass that its set recommends, asks for 6.8 Hz, where reversals are an imitation of play."""
     model = model_of("ur10e", "ur10e_joint_5", tmp_path / "m.yaml")

@@ -178,7 +178,7 @@ def closing(report):
         return "it shows between the encoders and hardly in the torque"
     if gap["closed_fraction"] <= 0:
         return f"modelling {it} does not shrink the {joint}'s error on data held out"
-    return f"{head}, where the noise alone is {floor:.3g}"
+    return f"{head}, where the noise alone is {floor:.3g} {scale.unit}"
 
 
 def no_effect(report, sure):
@@ -192,7 +192,7 @@ def no_effect(report, sure):
         return f"{said} But that noise is {100 * noise:.0f} % of the torque: smaller effects would not show." if noise > MUCH else said
     scale = Scale(gap["unit"], [gap["identified_rms"]])
     error, floor = (scale(gap[f"{k}_rms"]) for k in ("identified", "noise_floor"))
-    said = f"No effect shows{below(report)} ({sure}). The {joint}'s error is {error:.3g} {scale.unit} on data held out, where the noise alone is {floor:.3g}"
+    said = f"No effect shows{below(report)} ({sure}). The {joint}'s error is {error:.3g} {scale.unit} on data held out, where the noise alone is {floor:.3g} {scale.unit}"
     return f"{said}; such sensors leave about as much without any effect." if report["calibrated"] else f"{said}."
 
 
