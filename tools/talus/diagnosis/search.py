@@ -415,8 +415,9 @@ class Search:
 
     def _together(self, best, pairs):
         """Two effects that hide each other close little one by one: of the sets with one effect more than `pairs`, none of which is taken, the one
-        that leaves least, if each of its effects is worth adding to the others; else `best`."""
-        found = self._near_refined(self._followed(pairs))
+        that leaves least, if each of its effects is worth adding to the others; else `best`. What is not worth it on the grid is not refined."""
+        followed = [fit for fit in self._followed(pairs) if all(self.is_worth_adding(self._without(fit, one), fit) for one in fit.chosen)]
+        found = self._near_refined(followed) if followed else []
         if not found or not all(self._is_worthy(found[0], one) for one in found[0].chosen):
             return best
         self.other_sets = found[1:]
@@ -424,8 +425,11 @@ class Search:
 
     def _is_worthy(self, fit, one):
         """Is an effect of a set worth adding to the others in their best forms, and likelier something than nothing?"""
-        others = self.all_refined(self.reshaped(self.fit([c for c in fit.chosen if c is not one])))
-        return self._is_taken(others, fit)
+        return self._is_taken(self.all_refined(self.reshaped(self._without(fit, one))), fit)
+
+    def _without(self, fit, one):
+        """A set without one of its effects, the others' shapes as they are."""
+        return self.fit([c for c in fit.chosen if c is not one])
 
     def _with_worthy_last(self, fit, before):
         """A set of effects in its order, without its last one where that is not worth adding to the others in their best forms: what
@@ -465,7 +469,7 @@ class Search:
 
     def ordered(self, fit):
         """The effect without which the rest, in its best forms, is worst comes first."""
-        without = [self.reshaped(self.fit([c for c in fit.chosen if c is not one])).excess for one in fit.chosen]
+        without = [self.reshaped(self._without(fit, one)).excess for one in fit.chosen]
         return self.fit([fit.chosen[i] for i in np.argsort(without)[::-1]])
 
 
