@@ -136,11 +136,12 @@ class Replicator:
         if source is None:
             return None
         own, found, self.begin = gains_beside(search, fit.chosen), [], search.gram.release
+        steps = source.excess_of_steps()
         for numbers in (range(FEWEST), range(FEWEST, MOST)):
             found += [one for one in self._each(source, fit.chosen, numbers) if one is not None]
             if len(found) < 2:
                 return None
-            excess = {kind: float(np.mean([e[kind] for _, e in found])) for kind in search.dataset.kinds}
+            excess = {kind: max(float(np.mean([e[kind] for _, e in found])), steps.get(kind, -np.inf)) for kind in search.dataset.kinds}
             outside = {key for gains in (own, *(gains for gains, _ in found)) for key in gains if search.is_outside(key)}
             out = Calibration(own, [gains for gains, _ in found], excess, by_chance(search, sum(excess.values())), outside,
                               functools.partial(by_chance_again, search, sum(excess.values()), fit.excess),

@@ -15,7 +15,7 @@ import numpy as np
 import talus
 from talus import TalusError, check, ffi, lib, pointer
 
-from . import feedback
+from . import encoder_steps, feedback
 from .loops import CORRECTIONS, TICK_S, Loops
 from .. import noise
 from ..dataset import Dataset
@@ -26,7 +26,8 @@ from ..torque_terms import TorqueTerms
 
 LOOP_HZ = 3.0  # as slow as keeps the plant near: a stiffer loop would replace the motion by the recorded one
 NOISE_WINDOW_S = 0.25  # over which noise is measured: chatter comes and goes with the motion
-CHECK = (0, 0)  # key of the generator of the noise that shows whether a loop is one
+# keys of generators: of the noise that shows whether a loop is one, and of encoders' grids at the recorded motion
+CHECK, STEPS = (0, 0), (0, 1)
 FINER, ROUNDED = 0.6, 1e-9  # a step of a half or less beside the decimals of a file; the least deviation beside the last digits
 
 
@@ -288,6 +289,10 @@ class Source:
         if exact and self.loops.restore(motions, exact):
             motions = self._driven(self.loops.of)
         return motions
+
+    def excess_of_steps(self):
+        """{kind: chi-square over its freedom} that encoders' steps alone leave at the recorded motion."""
+        return encoder_steps.excess(self.dataset, self.sensors, np.random.Generator(np.random.Philox(key=STEPS)))
 
     def replicate(self, seed, number):
         """The dataset of one replicate; None where nothing of it can be used."""
