@@ -140,6 +140,10 @@ class ToySource:
         source.torque_Nm = base @ dataset.problem.base + sum(shown)
         return source
 
+    def excess_of_steps(self):
+        """There is no encoder whose steps could leave anything."""
+        return {}
+
     def replicate(self, seed, number):
         random = np.random.default_rng([seed, number])
         rough_Nm = self.problem.rough_draws(random, 1)[0] @ self.problem.effects

@@ -469,7 +469,7 @@ class Search:
 
     def ordered(self, fit):
         """The effect without which the rest, in its best forms, is worst comes first."""
-        without = [self.reshaped(self._without(fit, one)).excess for one in fit.chosen]
+        without = [self.reshaped(self.fit([c for c in fit.chosen if c is not one])).excess for one in fit.chosen]
         return self.fit([fit.chosen[i] for i in np.argsort(without)[::-1]])
 
 
