@@ -22,20 +22,24 @@ def seen(name, angle, random):
     return np.round((angle - offset) / STEP_RAD) * STEP_RAD + offset
 
 
-def power_at(counts_per_sample):
-    """Chi-square a row of the steps at a constant speed, over the whole power of rounding, and that of white noise."""
+def excess_at(counts_per_sample, rows):
+    """(chi-square over its freedom that the steps make of a constant speed, share of white noise that passes the low-pass)."""
     low = signal.butter(4, LOWPASS_HZ, fs=RATE_HZ, output="sos")
     answer = signal.sosfreqz(low, 1 << 16)[1]
     bandwidth = float(np.mean(np.abs(answer) ** 4))  # forth and back
-    n = 20000
-    angle = counts_per_sample * STEP_RAD * np.arange(n)
-    rows = np.arange(1000, n - 1000, 4)
+    angle = counts_per_sample * STEP_RAD * np.arange(20000)
     dataset = SimpleNamespace(
-        kinds=["E"], thin=4, channels=[SimpleNamespace(kind="E", record=0, thinned=rows)],
+        thin=4, channels=[SimpleNamespace(kind="E", record=0, thinned=rows)],
         transmissions=[None, SimpleNamespace(motor_rad=np.asarray, joint_rad=np.asarray)],
         sigma={"E": STEP_RAD / math.sqrt(12)}, freedom=lambda kind: 4 * len(rows) * bandwidth,
         processed_recordings=[SimpleNamespace(q=[None, angle], operate=lambda error: signal.sosfiltfilt(low, error))])  # fmt: skip
-    excess = encoder_steps.excess(dataset, [SimpleNamespace(seen=seen)], np.random.default_rng(3))["E"]
+    return encoder_steps.excess(dataset, [SimpleNamespace(seen=seen)], np.random.default_rng(3))["E"], bandwidth
+
+
+def power_at(counts_per_sample):
+    """(chi-square a row, over the whole power of rounding; that of white noise)."""
+    rows = np.arange(1000, 19000, 4)
+    excess, bandwidth = excess_at(counts_per_sample, rows)
     return excess / (4 * len(rows)) + bandwidth, bandwidth
 
 
@@ -54,7 +58,11 @@ def test_steps_at_another_speed_are_noise():
 
 
 def test_what_has_no_second_sensor_has_no_steps_to_tell():
-    assert encoder_steps.excess(SimpleNamespace(kinds=["T0"]), [], None) == {}
+    assert encoder_steps.excess(SimpleNamespace(channels=[SimpleNamespace(kind="T0")]), [], None) == {}
+
+
+def test_where_no_row_counts_nothing_is_left():
+    assert excess_at(6.01, np.array([], int))[0] == 0.0
 
 
 def test_nothing_is_named_where_an_ankle_goes_six_counts_a_sample(tmp_path):
