@@ -1,5 +1,5 @@
 """tools/bench on next to nothing: each bench runs, and both of its sides compute the same thing. No
-timing is judged here. What needs a peer that `make bench` installs (Pinocchio: `make check-long`, too) steps aside without it."""
+timing is judged here. What needs a peer that only `make bench` and `make check-long` install is long, and steps aside without it."""
 
 import importlib
 import json
@@ -19,13 +19,13 @@ from talus import Model, lib, pointer  # noqa: E402
 pytestmark = pytest.mark.release  # figures of a sanitized build mean nothing, and Pinocchio cannot be linked with it
 
 BENCHES = [
-    ("job", "pyswarms"),
+    pytest.param("job", "pyswarms", marks=pytest.mark.long),
     pytest.param("inverse", "pinocchio", marks=pytest.mark.long),
     ("signals", "scipy"),
     ("reading", "pandas"),
     ("growth", "numpy"),
     ("diagnosis", "numpy"),
-    ("markers", "cv2"),
+    pytest.param("markers", "cv2", marks=pytest.mark.long),
     ("exporting", "can"),
 ]
 
@@ -41,7 +41,7 @@ class Tiny:
 
 
 def peer(name):
-    return pytest.importorskip(name, reason=f"{name} is installed by `make bench`")
+    return pytest.importorskip(name, reason=f"{name} is installed by `make bench` and `make check-long`")
 
 
 @pytest.fixture(scope="module")
@@ -93,6 +93,7 @@ def test_job_does_all_of_its_evaluations(ours):
     assert ours.problem.settings.weighting == lib.TL_WEIGHT_EQUAL
 
 
+@pytest.mark.long
 def test_pyswarms_evaluates_what_it_is_timed_for(ours, data):
     """As many costs as talus computes: one a particle and iteration."""
     peer("pyswarms")

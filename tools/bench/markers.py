@@ -3,6 +3,7 @@ SimpleBlobDetector; the whole of talus-track against the decoder alone."""
 
 import resource
 import subprocess
+import sys
 
 import cv2
 import numpy
@@ -86,8 +87,8 @@ def decoder(size, film, empty):
     alone = "import cv2, sys\ncv2.setNumThreads(1)\nv = cv2.VideoCapture(sys.argv[1])\nwhile v.read()[0]: pass\n"
     pairs = []
     for _ in range(size.scaled(5, 1)):
-        pairs.append([children([program, "--setup", setup, "--out", "/dev/null", path]), children(["python", "-c", alone, path])])
-    start = children(["python", "-c", "import cv2"])
+        pairs.append([children([program, "--setup", setup, "--out", "/dev/null", path]), children([sys.executable, "-c", alone, path])])
+    start = children([sys.executable, "-c", "import cv2"])
     for name in (path, setup):
         name.unlink()
     return [ours for ours, _ in pairs], [max(peer - start, 1e-3) for _, peer in pairs]
