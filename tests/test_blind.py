@@ -18,7 +18,7 @@ from support import program, run
 import talus
 from talus.blind import bench, cases, effects, following, narrow, plants, running, scores, sensors, unknowns
 from talus.blind.command import main
-from talus.blind.surviving import joint_angle, surviving
+from talus.blind.surviving import joint_angle, over_noise, surviving
 
 JOINTS = ("knee", "ankle")
 NONE, SINGLE = {"none": 1.0}, {"single": 1.0}
@@ -450,6 +450,11 @@ def test_a_failed_diagnosis_is_not_right():
     one["report"] = None
     case = scores.judge(label("none"), one)
     assert not case["group"] and not case["wrong"] and case["verdict"][0] == "failed"
+
+
+@pytest.mark.parametrize("bands", [{}, {"bands_Nm": {"knee": [0.01, 0.01, 0.02, 0.02]}}])
+def test_a_joint_that_rests_leaves_nothing(bands):
+    assert over_noise(np.zeros(0), np.zeros(50, bool), bands, "knee", 250.0) == 0.0
 
 
 def test_surviving_is_what_least_squares_leaves(plain):

@@ -107,7 +107,9 @@ def left_by_fit(pieces, training):
 
 
 def over_noise(rest, keep, noise, joint, rate_Hz):
-    """RMS over the noise; where it is known band by band, over that of the band in which it stands out most."""
+    """RMS over the noise; where it is known band by band, over that of the band in which it stands out most. 0 of a joint that rests."""
+    if not keep.any():
+        return 0.0
     if "bands_Nm" not in noise:
         return float(np.sqrt(np.mean(rest**2)))
     bands, whole = noise["bands_Nm"][joint], np.zeros(len(keep))
