@@ -66,8 +66,8 @@ def check_form(report):
     """What the contract asks of every report."""
     assert report["schema"] == "talus-gap/1"
     assert set(report) == {"schema", "verdict", "alternatives", "effects", "gap", "motion", "where", "confusable",
-                           "next_experiment", "not_observable", "findings", "lowpass", "selection", "nearest", "resembles", "calibrated",
-                           "replicates"}  # fmt: skip
+                           "next_experiment", "not_observable", "findings", "lowpass", "selection", "nearest", "resembles", "irregular",
+                           "calibrated", "replicates"}  # fmt: skip
     every = [report["verdict"], *report["alternatives"]]
     assert math.isclose(sum(e["probability"] for e in every), 1.0, abs_tol=1e-9)
     assert all(e["probability"] <= report["verdict"]["probability"] for e in every)

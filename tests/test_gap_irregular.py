@@ -9,7 +9,7 @@ import talus
 import yaml
 from scipy.signal import butter, lfilter, sosfiltfilt
 from support import REPOSITORY, run
-from talus.diagnosis import noise
+from talus.diagnosis import irregular, noise
 from talus.diagnosis.search import Search
 
 pytestmark = pytest.mark.spread
@@ -175,6 +175,7 @@ def test_a_drift_and_a_spring_are_named_on_ramps(tmp_path):
 
 @pytest.mark.parametrize(("memory_s", "verdict"), [pytest.param(0.05, "none", marks=pytest.mark.long), (2.0, "unknown")])
 def test_a_torque_that_wanders_is_unknown_and_coloured_noise_is_none(tmp_path, memory_s, verdict):
+    """Nothing else is hidden: all of the gap is what wanders."""
     paths = []
     for seed in (1, 2):
         run("talus-sim", "--model", PENDULUM, "--out", tmp_path / "sound.csv", "--duration", 40, "--rate", RATE_HZ, "--seed", seed)
@@ -183,7 +184,10 @@ def test_a_torque_that_wanders_is_unknown_and_coloured_noise_is_none(tmp_path, m
         paths.append(tmp_path / f"{seed}.csv")
         np.savetxt(paths[-1], np.column_stack(list(columns.values())), "%.12g", ",", header=",".join(columns), comments="")
     run("talus-gap", "--quiet", "--model", PENDULUM, "--report", tmp_path / "gap.json", *paths)
-    assert json.loads((tmp_path / "gap.json").read_text())["verdict"]["effect"] == verdict
+    report = json.loads((tmp_path / "gap.json").read_text())
+    assert report["verdict"]["effect"] == verdict
+    shares = [one["share"] for one in report["irregular"] if one["joint"] == "joint"]
+    assert len(shares) == (verdict == "unknown") and min(shares, default=1.0) > 0.8
 
 
 @pytest.mark.long
@@ -203,6 +207,7 @@ class Channels(Search):
     ankle's torque, of which so much lasts, and nothing of the others."""
 
     floor_of, plain = dict.fromkeys(("T0", "T1", "E", "K", "F"), 300.0), SimpleNamespace(chosen=[])
+    dataset = SimpleNamespace(model=SimpleNamespace(joints=["knee", "ankle"]))
 
     def __init__(self, left, lasting):
         self.left, self.lasting = left, lasting
@@ -222,6 +227,12 @@ class Channels(Search):
 ])  # fmt: skip
 def test_what_lasts_in_one_kind_of_channel_is_not_hidden_by_the_others(left, lasting, times):
     assert Channels(left, lasting).gap_over_floor() == pytest.approx(times)
+
+
+@pytest.mark.parametrize(("left", "lasting", "told"), [(250.0, 0.0, []), (2000.0, 500.0, [("ankle", 0.25)]), (-50.0, 100.0, [("ankle", 1.0)])])
+def test_the_report_tells_what_share_of_the_gap_does_not_come_back(left, lasting, told):
+    """Of what the plain model leaves above the noise, what is below it in some kind of channel not counted against the rest."""
+    assert [(one["joint"], one["share"]) for one in irregular.shares(Channels(left, lasting))] == told
 
 
 @pytest.mark.long

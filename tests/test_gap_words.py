@@ -14,7 +14,7 @@ def gap(identified, extended, floor, closed, unit="Nm", nominal=9.0, measured=9.
 def report(effect, joint, probability, effects=(), **gaps):
     return {"verdict": {"effect": effect, "joint": joint, "probability": probability},
             "alternatives": [{"effect": "unknown", "joint": "none", "probability": 1 - probability}],
-            "effects": [{"effect": e, "joint": j, "doubts": []} for e, j in effects], "where": [], "findings": [], "resembles": [],
+            "effects": [{"effect": e, "joint": j, "doubts": []} for e, j in effects], "where": [], "findings": [], "resembles": [], "irregular": [],
             "gap": gaps or {"knee": gap(0.0058, 0.0034, 0.0015, 0.7), "ankle": gap(0.0003, 0.0003, 0.0003, 0.0)}}  # fmt: skip
 
 
@@ -112,6 +112,15 @@ def test_unknown():
     assert said == "A gap remains that no known effect explains (probability 0.90)."
     said = words.sentence(report("unknown", "none", 0.6, KNEE))
     assert said.startswith("A gap remains that no known effect explains (probability 0.60). What comes nearest is friction that")
+
+
+def test_a_gap_that_does_not_come_back_is_said_to_be_that():
+    apart = {"irregular": [{"joint": "ankle", "share": 0.8}, {"joint": "knee", "share": 0.13}]}
+    said = words.sentence(report("unknown", "none", 0.9) | apart)
+    assert said.endswith("(probability 0.90). 93 % of it does not come back with the motion, most at the ankle: something wanders, shakes, or acts now and then.")
+    half = {"irregular": [{"joint": "ankle", "share": 0.49}]}
+    assert words.sentence(report("unknown", "none", 0.9) | half).endswith("(probability 0.90).")
+    assert "come back" not in words.sentence(report("load_friction", "knee", 0.9, KNEE) | apart)
 
 
 @pytest.mark.parametrize("size, closes, said", [("0.2 Nm at 3 Hz", None, "a hum (0.2 Nm at 3 Hz) at the knee."),

@@ -12,6 +12,14 @@ def excess(dataset, residuals):
             for kind in dataset.kinds if kind[0] == "T"}  # fmt: skip
 
 
+def shares(search):
+    """`irregular` of the report: at which joints it is, and its share of all that the plain model leaves above the noise, largest first."""
+    apart = search.irregular(search.plain)
+    whole = sum(max(x, 0.0) for x in search.held_out_excess([]).values()) + sum(apart.values())
+    found = [{"joint": search.dataset.model.joints[int(kind[1])], "share": x / whole} for kind, x in apart.items() if x > 0]
+    return sorted(found, key=lambda one: -one["share"])
+
+
 def _lasting(dataset, residuals, kind):
     """Power, over that of the noise, of what lasts: a torque that wanders, or a friction or a torque constant that does. What turns with the
     motion or the drive is known sooner, for no noise of a sensor does."""

@@ -3,7 +3,7 @@
 import json
 import math
 
-from . import experiment, figures, motion, tilt_source
+from . import experiment, figures, irregular, motion, tilt_source
 from .machine.drawing import beside_drawing
 from .hidden import not_observable
 from .kinds import is_known
@@ -45,6 +45,7 @@ def diagnosis(search, verdict, seed, findings, through):
         "replicates": len(search.calibration.gains) if search.calibration else 0,
         "nearest": nearest(search),
         "resembles": resembles(search, verdict),
+        "irregular": irregular.shares(search),
         "effects": [],
         "gap": figures.gap(dataset, before, after, seed),
         "motion": motion.motion(near, fit, before, after),
@@ -90,7 +91,7 @@ def withheld(identification, findings):
                       "noise_floor_rms": 0.0, "closed_fraction": 0.0, "reversal_rms": 0.0}  # fmt: skip
     return Diagnosis({"schema": SCHEMA, "verdict": {**entry(1.0, "unknown", "none"), "withheld": True}, "alternatives": [], "effects": [],
                       "lowpass": {"hz": None, "from": None, "stable": None, "inertia_bias": None, "window_hz": None}, "selection": "blocks",
-                      "calibrated": False, "replicates": 0, "nearest": [], "resembles": [],
+                      "calibrated": False, "replicates": 0, "nearest": [], "resembles": [], "irregular": [],
                       "gap": gap, "motion": {}, "where": [], "confusable": [], "not_observable": [],
                       "next_experiment": {"why": remedy(findings[0]), "trajectory": None, "needs": None, "parts": []},
                       "findings": entries(findings)})  # fmt: skip
