@@ -2,7 +2,7 @@
 
 import re
 
-from .calibration.thresholds import TOLERATED_PER_FREEDOM
+from .calibration.thresholds import PART, TOLERATED_PER_FREEDOM
 from .effects import EFFECTS
 
 LIKELY, CERTAIN = 0.5, 0.8  # probabilities from which a cause is called so
@@ -213,12 +213,12 @@ def worse_than_given(report):
 
 
 def does_not_come_back(report):
-    """A sentence where most of the gap is nothing that a model of the joint could have; else ""."""
+    """A sentence where a part of the gap is nothing that a model of the joint could have; else ""."""
     share = sum(one["share"] for one in report["irregular"])
-    if share < LIKELY:
+    if share < PART:
         return ""
     most = report["irregular"][0]["joint"]
-    return f"{100 * share:.0f} % of it does not come back with the motion, most at the {most}: something wanders, shakes, or acts now and then."
+    return f"At least {100 * share:.0f} % of it does not come back with the motion, most at the {most}: something wanders, shakes, or acts now and then."
 
 
 def sentence(report):
