@@ -90,8 +90,9 @@ def test_job_does_all_of_its_evaluations(ours):
 
 
 @pytest.mark.long
-def test_pyswarms_evaluates_what_it_is_timed_for(ours, data):
-    """As many costs as talus computes: one a particle and iteration."""
+def test_pyswarms_evaluates_what_it_is_timed_for(ours, data, tmp_path, monkeypatch):
+    """As many costs as talus computes: one a particle and iteration. It leaves no file behind."""
+    monkeypatch.chdir(tmp_path)
     seen, cost = [], numpy_leg.factor_cost(ours.triangle(), 500)
 
     def counting(particles):
@@ -99,7 +100,7 @@ def test_pyswarms_evaluates_what_it_is_timed_for(ours, data):
         return cost(particles)
 
     job.pyswarms_run(counting, ours.bounds(), 20)()
-    assert seen == [job.PARTICLES] * 20
+    assert seen == [job.PARTICLES] * 20 and not list(tmp_path.iterdir())
 
 
 def test_signals_agree():

@@ -3,8 +3,9 @@ iterations, the mean square of (16). talus folds the regressor rows into a trian
 its swarm search there; the peers are pyswarms on the samples, pyswarms on the same factor, and NumPy's
 least squares."""
 
-import logging
+import os
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy
 import numpy_leg
@@ -107,9 +108,8 @@ class Ours:
 
 def pyswarms_run(cost, bounds, iterations):
     """A call that runs pyswarms' global-best swarm with its defaults for everything not named here."""
-    import pyswarms
-
-    logging.getLogger("pyswarms").setLevel(logging.ERROR)
+    os.environ["LOG_CFG"] = str(Path(__file__).with_name("pyswarms_logging.yaml"))
+    import pyswarms  # reads it
 
     def run():
         swarm = pyswarms.single.GlobalBestPSO(PARTICLES, 10, WEIGHTS, bounds=bounds)

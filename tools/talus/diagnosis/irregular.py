@@ -13,8 +13,8 @@ def excess(dataset, residuals):
 
 
 def shares(search):
-    """`irregular` of the report: at which joints it is, and its share of all that the plain model leaves above the noise, largest first. It is
-    more, where it acts so seldom that the noise is told without it."""
+    """`irregular` of the report: at which joints it is, and its share of all that the plain model leaves above the noise, largest first. A lower
+    bound: what acts so seldom that it does not raise the noise of the recording counts as the rest of the gap."""
     apart = search.irregular(search.plain)
     whole = sum(max(x, 0.0) for x in search.held_out_excess([]).values()) + sum(apart.values())
     found = [{"joint": search.dataset.model.joints[int(kind[1])], "share": x / whole} for kind, x in apart.items() if x > 0]
