@@ -114,13 +114,13 @@ def test_unknown():
     assert said.startswith("A gap remains that no known effect explains (probability 0.60). What comes nearest is friction that")
 
 
-def test_a_gap_that_does_not_come_back_is_said_to_be_that():
+def test_a_gap_that_does_not_repeat_is_said_to_be_that():
     apart = {"irregular": [{"joint": "ankle", "share": 0.8}, {"joint": "knee", "share": 0.13}]}
     said = words.sentence(report("unknown", "none", 0.9) | apart)
-    assert said.endswith("(probability 0.90). At least 93 % of it does not come back with the motion, most at the ankle: something wanders, shakes, or acts now and then.")
+    assert said.endswith("(probability 0.90). At least 93 % of it does not repeat with the motion, most of that at the ankle: a torque that wanders, vibrates, or acts now and then.")
     little = {"irregular": [{"joint": "ankle", "share": 0.19}]}
     assert words.sentence(report("unknown", "none", 0.9) | little).endswith("(probability 0.90).")
-    assert "come back" not in words.sentence(report("load_friction", "knee", 0.9, KNEE) | apart)
+    assert "repeat with" not in words.sentence(report("load_friction", "knee", 0.9, KNEE) | apart)
 
 
 @pytest.mark.parametrize("size, closes, said", [("0.2 Nm at 3 Hz", None, "a hum (0.2 Nm at 3 Hz) at the knee."),

@@ -1,4 +1,4 @@
-"""What the torques show that does not come back with the motion and is no noise of a sensor: no model of the joint can explain it."""
+"""What the torques show that does not repeat with the motion and is no noise of a sensor: no model of the joint can explain it."""
 
 import numpy as np
 

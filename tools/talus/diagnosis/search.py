@@ -101,12 +101,12 @@ class Search:
         return {kind: values.sum() - self.dataset.freedom(kind) for kind, values in blocks.items()}
 
     def excess_by_kind(self, fit):
-        """The same of a fit, with what does not come back with the motion."""
+        """The same of a fit, with what does not repeat with the motion."""
         apart = self.irregular(fit)
         return {kind: x + apart.get(kind, 0.0) for kind, x in self.held_out_excess(fit.chosen).items()}
 
     def irregular(self, fit):
-        """{kind: chi-square of what does not come back with the motion} beside a fit."""
+        """{kind: chi-square of what does not repeat with the motion} beside a fit."""
         key = tuple((c.key, c.shape) for c in fit.chosen)
         if key not in self._irregular:
             self._irregular[key] = irregular.excess(self.dataset, Residuals(self, fit.chosen))
@@ -316,7 +316,7 @@ class Search:
             left, then = (sum(x[kind].sum() for kind in kinds) for x in (old, new))
             still_open = left - sum(self.dataset.freedom(k) + self.floor_of[k] for k in kinds)
             closed = left - then
-            if still_open <= self.detection_threshold:  # all that stands open does not come back with the motion
+            if still_open <= self.detection_threshold:  # all that stands open does not repeat with the motion
                 apart, rest = (sum(self.irregular(fit).get(kind, 0.0) for kind in kinds) for fit in (before, after))
                 still_open, closed = still_open + apart, closed + apart - rest
             shares.append(closed / still_open if still_open > 0 else 0.0)
@@ -339,7 +339,7 @@ class Search:
         its joint, or its torque alone? Channels below their noise do not hide what another one shows."""
         shaped = [c for c in before.chosen if self._has_other_forms(c) and is_near(c, candidate)]
         without, there = (self.held_out_excess(chosen) for chosen in ([c for c in before.chosen if c not in shaped], before.chosen))
-        # what does not come back with the motion counts: friction that drifts may be in the noise otherwise
+        # what does not repeat with the motion counts: friction that drifts may be in the noise otherwise
         left = self.excess_by_kind(before)
         return any(sum(left[kind] - self.tolerated_of[kind] for kind in kinds) >= RIGHT_TO * sum(without[kind] - there[kind] for kind in kinds)
                    for kinds in self.dataset.scopes_at(candidate.joint))  # fmt: skip

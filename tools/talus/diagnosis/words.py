@@ -212,13 +212,13 @@ def worse_than_given(report):
                    f"{given}): these recordings are too short or too much alike to identify it, or the machine changes in them.")
 
 
-def does_not_come_back(report):
+def does_not_repeat(report):
     """A sentence where a part of the gap is nothing that a model of the joint could have; else ""."""
     share = sum(one["share"] for one in report["irregular"])
     if share < PART:
         return ""
     most = report["irregular"][0]["joint"]
-    return f"At least {100 * share:.0f} % of it does not come back with the motion, most at the {most}: something wanders, shakes, or acts now and then."
+    return f"At least {100 * share:.0f} % of it does not repeat with the motion, most of that at the {most}: a torque that wanders, vibrates, or acts now and then."
 
 
 def sentence(report):
@@ -234,7 +234,7 @@ def sentence(report):
         head = f"A gap remains that no known effect explains ({sure})."
         if like := surely_like(report):
             return f"{head} It looks like {likeness(like, is_linear(report))}."
-        head = f"{head} {does_not_come_back(report)}".rstrip()
+        head = f"{head} {does_not_repeat(report)}".rstrip()
         if not report["effects"]:
             return head
         first = report["effects"][0]
