@@ -188,9 +188,9 @@ def _nearest(out, report):
 
 def _calibration(report):
     """How far the probabilities are set against these very recordings, and what they were seen through."""
-    seen = f"Rows and figures are seen through a low-pass of {report['lowpass']['hz']:.3g} Hz"
+    seen = f"All figures are seen through a low-pass of {report['lowpass']['hz']:.3g} Hz"
     bias = report["lowpass"]["inertia_bias"]
-    seen += "." if bias is None else f"; there the sensors alone put the inertia {100 * bias:+.1f} % off."
+    seen += "." if bias is None else f"; resolution and noise of the angles alone change the inertia by {100 * bias:+.1f} % there."
     if report["lowpass"]["window_hz"]:
         seen += " The motion is differentiated over windows of one period of that; shorter ones lose more to steps and noise of the angles."
     if bias is not None and abs(bias) > GIVES_UP:
@@ -203,8 +203,8 @@ def _calibration(report):
         seen += SHOWS[stable].format(other_hz) if other_hz else SAME_SIZE[stable]
     if not report["calibrated"]:
         return f"{seen} The probabilities are not calibrated on these recordings: there are no replicates of them."
-    return (f"{seen} What a gain is worth was told by {report['replicates']} "
-            "replicates of these recordings without any effect.")  # fmt: skip
+    return (f"{seen} Each gain in chi-square is set beside that of {report['replicates']} replicates: the same motion, simulated by the identified "
+            "model without any effect, and recorded by the same sensors.")  # fmt: skip
 
 
 def _effect(out, number, effect, report):
