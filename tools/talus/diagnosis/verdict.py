@@ -6,9 +6,9 @@ import numpy as np
 
 from . import tilt_source
 from .calibration import further
-from .machine.drawing import shaped
+from .machine.drawing import beside_drawing, shaped
 from .outside.beside import Beyond
-from .machine.pushes_back import may_push_back
+from .machine.pushes_back import pushes_away
 from .calibration.stability import keep_their_size, survives
 from .calibration.thresholds import (
     HALF,
@@ -270,7 +270,7 @@ def at_most(search, fit, one, fixed):
         return NEARLY_HALF, "replicates"
     if search.is_within_noise():
         return NEARLY_HALF, "noise"
-    if not may_push_back(search, fit, one):
+    if pushes_away(*beside_drawing(search, fit), one.key):
         return NEARLY_HALF, "pushes"
     if fixed:
         return 1.0, None

@@ -5,7 +5,8 @@ import numpy as np
 from ..figures import by_candidate, standard_errors
 from ..gram import Gram
 from ..torque_terms import TorqueTerms
-from .thresholds import DEVIATIONS, PART
+from .halves import alone
+from .thresholds import DEVIATIONS, PART, RIGHT_TO
 
 MOST_RIVALS = 4
 
@@ -23,17 +24,19 @@ class Other:
         """Chi-square over noise that candidates leave on held-out blocks."""
         return self._held_out(chosen)[0] - self.dataset.freedom()
 
-    def moved(self, fit, errors, within=0.0):
+    def moved(self, fit, errors, within):
         """Keys of a fit's effects that have other strengths there: by more than DEVIATIONS of their `errors`, and what is beyond that does
-        more to the readings than the share `within` of what the effect does itself."""
+        more to the readings than the share `within` of what the effect does, both as far as no other parameter does the same."""
         gram, keys = Gram(self.dataset, self.all_terms, fit.chosen), set()
         strengths = by_candidate(fit, gram.held_out(self.search.columns(fit.chosen))[1])
         for candidate, here, there, error in zip(fit.chosen, fit.strengths, strengths, errors, strict=True):
             change = np.subtract(there, here)
             beyond = np.sign(change) * np.maximum(np.abs(change) - DEVIATIONS * np.array(error), 0.0)
-            rows = gram.gathered(candidate.columns)
-            if np.any(beyond) and shown(rows, beyond) > within * shown(rows, np.array(here)):
-                keys.add(candidate.key)
+            if np.any(beyond):
+                others = [c for c in fit.chosen if c is not candidate]
+                rows = alone(gram.plain, gram.gathered(self.search.columns([*others, candidate])), len(here))
+                if shown(rows, beyond) > within * shown(rows, np.array(here)):
+                    keys.add(candidate.key)
         return keys
 
     def excess_and_cost(self, chosen, temperature):
@@ -65,10 +68,10 @@ def survives(search, fit, rivals, dataset):
 
 
 def keep_their_size(search, fit, datasets):
-    """Keys of a fit's effects that have the same strengths through other low-passes, as far as these are known. A law has; what the
-    sensors or the filter did has another size through another filter."""
+    """Keys of a fit's effects that have the same strengths through other low-passes, as far as these are known and forms are right. A law
+    has; what the sensors or the filter did has another size through another filter."""
     errors, moved = standard_errors(search, fit), set()
     for dataset in datasets:
         dataset.sigma = dict(search.dataset.sigma)
-        moved |= Other(search, dataset).moved(fit, errors)
+        moved |= Other(search, dataset).moved(fit, errors, RIGHT_TO)
     return {candidate.key for candidate in fit.chosen} - moved

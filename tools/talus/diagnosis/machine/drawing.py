@@ -4,6 +4,7 @@ another form does as well, and its size says little."""
 import math
 
 from ..shapes import refined
+from .pushes_back import pushes_away
 
 
 def against(search, fit, temperature, least=-math.inf):
@@ -33,7 +34,7 @@ def of_torques(search, fit):
 
 def beside_drawing(search, fit):
     """(search, fit) that sizes are told by: the effects in the shapes that are likeliest with their machine, and with inertia and gravity
-    near the drawn ones where a drawing is likelier than a first guess."""
+    near the drawn ones where a drawing is likelier than a first guess: not beside a spring that would push away for gravity's sake."""
     temperature, found = of_torques(search, fit), fit
     for place in range(len(fit.chosen)):
         found = shaped(search, found, place, temperature)
@@ -44,4 +45,5 @@ def beside_drawing(search, fit):
     for place, old in enumerate(fit.chosen):
         if found.chosen[place] is not old:
             beside = refined(near, beside, place)
-    return (near, beside) if beside.is_physical() else (search, fit)
+    odd = [c.key for c in fit.chosen if pushes_away(near, beside, c.key) and not pushes_away(search, fit, c.key)]
+    return (near, beside) if beside.is_physical() and not odd else (search, fit)
