@@ -33,3 +33,16 @@ def test_what_pushes_away_over_most_of_the_motion_is_not_sure_to_be_a_spring(lin
     found = talus.diagnose(talus.Model.from_text(ROTOR), talus.Recording(columns))
     spring = [one["probability"] for one in found.effects if one["effect"] == "parallel_spring"]
     assert (spring[0] > 0.9) is may and (may or found.verdict["probability"] <= thresholds.NEARLY_HALF)
+
+
+def test_a_spring_does_not_push_away_because_the_file_says_gravity_that_is_not_there():
+    """The same rotor, with a file that gives it the gravity of 0.5 kg m: beside that the spring would have to hold it up. Gravity and a
+    spring of any form hide each other, so that neither is known."""
+    recording = talus.simulate(talus.Model.from_text(ROTOR), duration_s=40, rate_hz=250, encoder_bits=18)
+    columns = dict(recording.columns)
+    columns["joint_current_A"] = columns["joint_current_A"] + 2.0 * columns["joint_rad"] / (9 * 0.091)
+    found = talus.diagnose(talus.Model.from_text(ROTOR.replace("gravity_moment_kg_m: 0", "gravity_moment_kg_m: 0.5")), talus.Recording(columns))
+    spring = next(one for one in found.effects if one["effect"] == "parallel_spring")
+    assert spring["probability"] > 0.9 and not spring["doubts"]
+    low, high = spring["interval"]["stiffness_Nm_rad"]
+    assert low < 2.0 < high

@@ -270,7 +270,7 @@ def at_most(search, fit, one, fixed):
         return NEARLY_HALF, "replicates"
     if search.is_within_noise():
         return NEARLY_HALF, "noise"
-    if pushes_away(*beside_drawing(search, fit), one.key):
+    if search.dataset.effects[one.effect].stiffness and pushes_away(*beside_drawing(search, fit), one.key):
         return NEARLY_HALF, "pushes"
     if fixed:
         return 1.0, None

@@ -38,8 +38,9 @@ LOGIT_WIDTH = 0.35  # of the logarithm of such a share
 REST_AS_NOISE = 0.1  # of what is left, so much counts as noise of the odds: forms are approximate
 RIGHT_TO = 0.02
 """Of its size, that a form's torque and the inertia may be off. Of the gap the square of it is noise of the odds, for a fine encoder
-shows what no form has exactly. Of what an effect explains another form of it may well leave as much. Of the inertia, beyond it springs
-and losses repair what the sensors did, and the low-pass goes down."""
+shows what no form has exactly. Of what an effect explains another form of it may well leave as much. Of what an effect does to the
+readings, by which half and twice of a slow low-pass may show another size of it. Of the inertia, beyond it springs and losses repair
+what the sensors did, and the low-pass goes down."""
 OF_NESTED = 0.3  # of that noise, where one form holds the other: then both err alike
 
 # ---- what the sensors may have done -----------------------------------------------------
