@@ -1,5 +1,5 @@
 """What talus-gap takes: memory on long recordings, of which it looks at stretches (on labelled cases: test_gap_cases.py); and the
-same bytes however many processes work on the replicates."""
+same bytes however many threads make columns, and processes replicates."""
 
 import os
 import shutil
@@ -18,9 +18,8 @@ PENDULUM = REPOSITORY / "models" / "pendulum.yaml"
 # a small process between: what this one holds would count as its child's
 PEAK = "import resource, subprocess, sys; subprocess.run(sys.argv[1:], check=True); print(resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss)"
 WITH_PROCESSES = """import sys
-from talus.diagnosis import command
-from talus.diagnosis.calibration import gains
-gains.PROCESSES = int(sys.argv[1])
+from talus.diagnosis import command, processors
+processors.COUNT = int(sys.argv[1])
 sys.exit(command.main(sys.argv[2:]))"""
 
 
@@ -53,7 +52,7 @@ def by_one_process(recorded, tmp_path_factory):
 
 @pytest.mark.parametrize(("processes", "threads"), [pytest.param(2, 3, marks=pytest.mark.long), (4, 1)])
 def test_any_number_of_processes_and_threads_gives_the_same_bytes(recorded, by_one_process, processes, threads, tmp_path):
-    """Threads are those of NumPy's linear algebra; talus-gap asks for one."""
+    """Processes, and threads that make columns; `threads` are those of NumPy's linear algebra, of which talus-gap asks for one."""
     assert written(tmp_path, recorded, processes, threads) == by_one_process
 
 

@@ -45,6 +45,9 @@ class PlainSearch:
     def columns(self, chosen):
         return [column for one in chosen for column in one.columns]
 
+    def make(self, columns):
+        """Nothing ahead: a candidate costs nothing here."""
+
     def forget(self, kept):
         """Nothing is kept here."""
 

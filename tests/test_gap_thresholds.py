@@ -17,7 +17,7 @@ STEERING = {  # what saves time, numerics, or how a page prints it
     "machine/drawing.py": set(),
     "machine/pushes_back.py": {"PLACES"},
     "outside/beside.py": {"HOPELESS"},
-    "calibration/gains.py": {"PROCESSES", "FEWEST", "MOST", "SURE_BELOW", "SURE_ABOVE"},
+    "calibration/gains.py": {"FEWEST", "MOST", "SURE_BELOW", "SURE_ABOVE"},
     "calibration/stability.py": {"MOST_RIVALS"},
     "calibration/further.py": set(),
     "calibration/lowpass.py": {"STEP", "SLOWEST_HZ", "ALL_OF_IT"},

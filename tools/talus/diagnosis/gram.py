@@ -10,6 +10,7 @@ import gc
 
 import numpy as np
 
+from . import processors
 from .calibration.thresholds import PART
 from .catalogue.law import Column, batches, shows
 from .dataset import PRIOR_WIDTH_OF_ONE_JOINT
@@ -95,22 +96,38 @@ class Gram:
         return out
 
     def _fill(self):
-        kept = [({}, np.zeros((len(self.columns), layout.rows), np.float32)) for layout in self.layouts]
-        for record, terms in enumerate(self.all_terms):
-            for columns, shown in every_batch(terms, self.columns):
-                for layout, (owner, rows) in zip(self.layouts, kept):
-                    if layout.kind not in shown or record not in layout.channel:
-                        continue
-                    values = shown[layout.kind]
-                    seen = [k for k in range(len(columns)) if shows(values[k])]
-                    places = [owner.setdefault(self.place[columns[k]], len(owner)) for k in seen]
-                    layout.put_all(rows, places, record, values, seen)
-        self.owner = [np.array(list(owner), int) for owner, _ in kept]
-        self.rows = [rows[:len(owner)] for owner, rows in kept]
+        rows = [np.zeros((len(self.columns), layout.rows), np.float32) for layout in self.layouts]
+        seen = [np.zeros(len(self.columns), bool) for _ in self.layouts]
+        processors.each(lambda part: self._put(*part, rows, seen), self._parts())
+        self.owner = [np.flatnonzero(one) for one in seen]
+        self.rows = [packed(every, owner) for every, owner in zip(rows, self.owner)]
+
+    def _parts(self):
+        """(record, columns) that can be made at the same time, what takes longest first: those of a recording's instants stay together,
+        whose time some of them count otherwise."""
+        long, short = {}, []
+        for column in self.columns:
+            if isinstance(column, Column) and not column.is_of_the_instant:
+                long.setdefault((column.effect, column.joints), []).append(column)
+            else:
+                short.append(column)
+        return [(record, columns) for columns in (*long.values(), short) for record in range(len(self.all_terms))]
+
+    def _put(self, record, columns, rows, seen):
+        """Makes some columns of one recording and puts them into their rows."""
+        for some, shown in every_batch(self.all_terms[record], columns):
+            for layout, into, own in zip(self.layouts, rows, seen):
+                if layout.kind not in shown or record not in layout.channel:
+                    continue
+                values = shown[layout.kind]
+                there = [k for k in range(len(some)) if shows(values[k])]
+                places = [self.place[some[k]] for k in there]
+                own[places] = True
+                layout.put_all(into, places, record, values, there)
 
     def _prepare(self, candidates):
-        self.plain_gram = self.among(self.plain)
-        scale = np.sqrt(np.einsum("fii->i", self.plain_gram))
+        self.plain_grams = [self.among(rows, [layout]) for rows, layout in zip(([one] for one in self.plain), self.layouts)]
+        scale = np.sqrt(np.einsum("fii->i", sum(self.plain_grams)))
         self.base = [k for k in range(self.first) if scale[k] > 0]
         self.beside_plain = self.beside(self.plain)
         self.column_squares = {layout.kind: np.zeros(len(self.columns)) for layout in self.layouts}
@@ -164,6 +181,11 @@ class Gram:
                     layout.put(rows, record, shown[record][layout.kind][channel.thinned])
         return out if all(np.isfinite(rows).all() for rows in out) else [np.zeros_like(rows) for rows in out]
 
+    def make(self, columns):
+        """Makes rows of columns that will be asked for, at the same time; those of the instant one by one when they are."""
+        new = [c for c in dict.fromkeys(columns) if c not in self.place and c not in self._made and isinstance(c, Column) and not c.is_of_the_instant]
+        self._made.update(zip(new, processors.each(self._make, new)))
+
     def forget(self, kept):
         """Leaves of the columns made since the begin only those of the candidates `kept`."""
         wanted = {column for candidate in kept for column in candidate.columns}
@@ -182,13 +204,16 @@ class Gram:
         self.all_terms.clear()
         gc.freeze()  # what stays is never garbage: to look through it would copy the pages shared with the other process
 
-    def among(self, matrices):
+    def among(self, matrices, layouts=None):
         """Gram matrices (folds, k, k) of rows, one matrix a layout."""
-        size = len(matrices[0])
-        out = np.zeros((self.folds, size, size))
-        for layout, rows in zip(self.layouts, matrices):
+        return self._between(matrices, matrices, layouts)
+
+    def _between(self, matrices, others, layouts=None):
+        """Products (folds, k, m) of rows with others."""
+        out = np.zeros((self.folds, len(matrices[0]), len(others[0])))
+        for layout, rows, beside in zip(layouts or self.layouts, matrices, others, strict=True):
             for f, part in enumerate(layout.slices):
-                out[f] += rows[:, part] @ rows[:, part].T
+                out[f] += rows[:, part] @ beside[:, part].T
         return out
 
     def beside(self, matrices):
@@ -208,7 +233,7 @@ class Gram:
         """Fits of each candidate beside the columns `chosen`: (chi-square on held-out folds, strengths of the fit to everything) for
         each, those of `chosen` and then the candidate's."""
         rows = self.gathered(chosen)
-        fixed = self._bordered(rows)
+        fixed = self.bordered(rows)
         beside = np.concatenate([self.beside_plain, self.beside(rows)], axis=1)
         order = [*self.base, *range(self.first + 1, self.first + 1 + len(chosen))]
         out = {}
@@ -227,10 +252,12 @@ class Gram:
             out.update({c: (x, s[len(self.base):]) for c, x, s in zip(group, chi2, strengths)})
         return [out[c] for c in candidates]
 
-    def _bordered(self, rows, weights=None):
+    def bordered(self, rows, weights=None):
         """Gram matrices of plain columns, reading, and `rows` after them."""
         weights = np.ones(len(self.plain)) if weights is None else weights
-        return self.among([w * np.concatenate([plain, own]) for w, plain, own in zip(weights, self.plain, rows)])
+        own = [w * w * one for w, one in zip(weights, rows, strict=True)]
+        plain, beside = sum(w * w * one for w, one in zip(weights, self.plain_grams, strict=True)), self._between(self.plain, own)
+        return np.block([[plain, beside], [np.swapaxes(beside, 1, 2), self._between(rows, own)]])
 
     def _gram(self, columns, weights=None):
         """Gram matrices of base, columns and, last, the reading."""
@@ -238,7 +265,7 @@ class Gram:
 
     def _ordered(self, rows, weights=None):
         order = [*self.base, *range(self.first + 1, self.first + 1 + len(rows[0])), self.first]
-        return self._bordered(rows, weights)[:, order][:, :, order]
+        return self.bordered(rows, weights)[:, order][:, :, order]
 
     def products(self, rows):
         """Products of base columns, `rows` (one matrix a layout) and, last, the reading, with what is known before."""
@@ -380,6 +407,15 @@ class Gram:
         out[:, self.base] = found[:, :len(self.base)]
         out[:, self.first:] = found[:, len(self.base):]
         return out
+
+
+def packed(rows, kept):
+    """The rows with these numbers alone, moved to the front of what holds all; the rest is given back."""
+    for place, number in enumerate(kept):
+        if place != number:
+            rows[place] = rows[number]
+    rows.resize((len(kept), rows.shape[1]), refcheck=False)
+    return rows
 
 
 def every_batch(terms, columns):

@@ -18,7 +18,7 @@ def least_shares(search):
     """For each (effect, joint) the torque, of the measured one, at which its best shape would pass the detection threshold, and the
     share of that column's squares which base parameters leave. Effects that show in an encoder alone need no torque."""
     gram = search.gram
-    plain, beside = gram.plain_gram.sum(0), gram.beside_plain.sum(0)
+    plain, beside = sum(gram.plain_grams).sum(0), gram.beside_plain.sum(0)
     seen = gram.base
     known = plain[np.ix_(seen, seen)] + gram.prior_products()
     scale = np.sqrt(np.diag(known))

@@ -9,6 +9,7 @@ import numpy as np
 
 from talus import TalusError, check, ffi, lib, pointer
 
+from . import processors
 from .catalogue.law import BASE
 from .kinds import is_known, kind_of
 from .torque_terms import model_at
@@ -167,7 +168,7 @@ def deviations_of(search, record, chosen, residuals):
 
 def rms(search, chosen, residuals):
     """RMS of each joint's deviation over all recordings."""
-    found = [deviations_of(search, record, chosen, residuals) for record in range(len(search.dataset.processed_recordings))]
+    found = processors.each(lambda record: deviations_of(search, record, chosen, residuals), range(len(search.dataset.processed_recordings)))
     found = [x.reshape(len(x), -1) for x in found if x is not None]
     if not found:
         return np.full(search.dataset.joints, np.nan)

@@ -1,8 +1,11 @@
 """Shapes of effects between the grid's: one value after the other, and all of them at once by Gauss and Newton, as
 Levenberg and Marquardt damp it. Every step is judged on held-out blocks, as all fits are."""
 
+import itertools
+
 import numpy as np
 
+from . import processors
 from .gram import solve
 
 REFINED_WITHIN = 2.5  # times the best excess on the grid; and of what reconstruction leaves, more than which is much
@@ -69,7 +72,8 @@ def _off_the_grid(search, fit, place, factors):
     """The best few fits with the grid's shapes, each value times its factor."""
     key = fit.chosen[place].key
     families = [c.family for c in search.gram.candidates if c.key == key and c.family]
-    shapes = (family.make(*(x * factor for x, factor in zip(family.values, factors, strict=True))) for family in families)
+    shapes = [family.make(*(x * factor for x, factor in zip(family.values, factors, strict=True))) for family in families]
+    search.gram.make(search.columns(shapes))
     found = sorted((_with(search, fit, place, shape) for shape in shapes), key=_excess)[:ROUGH_STARTS]
     search.gram.forget([*fit.chosen, *(c for one in found for c in one.chosen)])
     return found
@@ -114,9 +118,12 @@ def _stepwise(search, fit, place, shares=STEP_SHARES):
 
 def _moved(search, fit, place, number, share):
     """One value of one effect's shape moved up or down, where that is better."""
-    for side in (1, -1):
-        other = fit.chosen[place].family.beside(number, share, side)
-        if other is not None and _is_better(search, found := _with(search, fit, place, other), fit):
+    family = fit.chosen[place].family
+    both = [other for side in (1, -1) if (other := family.beside(number, share, side)) is not None]
+    if processors.are_free():  # the second one is in vain where the first is better
+        search.gram.make(search.columns(both))
+    for other in both:
+        if _is_better(search, found := _with(search, fit, place, other), fit):
             return found
     return fit
 
@@ -142,9 +149,11 @@ def _newton(search, fit, place):
 
 def _stepped(search, fit, place):
     """One step; with more damping as long as that makes it better."""
-    best = fit
-    for moves in _moves(search, fit, place):
-        found = _with(search, fit, place, fit.chosen[place].family.moved(moves))
+    best, shapes = fit, [fit.chosen[place].family.moved(moves) for moves in _moves(search, fit, place)]
+    if processors.are_free():  # a better one is seldom found before the last
+        search.gram.make(search.columns(shapes))
+    for shape in shapes:
+        found = _with(search, fit, place, shape)
         if _is_better(search, found, fit) and found.excess < best.excess:
             best = found
         elif best is not fit:
@@ -171,12 +180,12 @@ def _slopes(gram, candidate, strengths):
     def shown(one):
         return [np.tensordot(strengths, rows, 1) for rows in gram.gathered(one.columns)]
 
-    here, numbers, found = shown(candidate), [], []
-    for number in range(len(candidate.family.values)):
-        beside = ((side, candidate.family.beside(number, SLOPE_SHARE, side)) for side in (1, -1))
-        side, other = next(((side, other) for side, other in beside if other is not None), (0, None))
-        if other is not None:
-            numbers.append(number)
-            found.append([side * (there - rows) / SLOPE_SHARE for there, rows in zip(shown(other), here)])
+    near = {}  # number of a value: the side to which it can move, and the candidate there
+    for number, side in itertools.product(range(len(candidate.family.values)), (1, -1)):
+        if number not in near and (other := candidate.family.beside(number, SLOPE_SHARE, side)) is not None:
+            near[number] = side, other
+    gram.make([column for _, other in near.values() for column in other.columns])
+    here = shown(candidate)
+    found = [[side * (there - rows) / SLOPE_SHARE for there, rows in zip(shown(other), here)] for side, other in near.values()]
     every = [[one[number] for one in found] for number in range(len(here))]
-    return numbers, [np.array(rows).reshape(len(numbers), len(plain)) for rows, plain in zip(every, here)]
+    return list(near), [np.array(rows).reshape(len(near), len(plain)) for rows, plain in zip(every, here)]

@@ -2,6 +2,7 @@
 computes them (tl_effect_instants)."""
 
 import functools
+import threading
 
 import numpy as np
 
@@ -30,7 +31,7 @@ class TorqueTerms:
         self.processed = processed = dataset.processed_recordings[record]
         self.q, self.v, self.a, self.slip = processed.q, processed.v, processed.a, processed.slip
         self.t_s, self.step_s, self.columns = processed.t_s, processed.step_s, processed.columns
-        self.drive_Nm, self._kept = None, {}
+        self.drive_Nm, self._kept, self._one_at_a_time = None, {}, threading.RLock()
         if dataset.load_sensor:
             self.given_drive_Nm = (self.columns["joint_current_A"] * dataset.drive_gain())[None]
             self.drive_Nm = (1 + torque_constant_error) * self.given_drive_Nm
@@ -44,10 +45,11 @@ class TorqueTerms:
             self.travel_rad = np.array([dataset.transmissions[0].joint_rad(self.motor_rad[0]), dataset.ankle_rad[record]])
 
     def once(self, key, make):
-        """A value that several columns share."""
-        if key not in self._kept:
-            self._kept[key] = make()
-        return self._kept[key]
+        """A value that several columns share, also those that another thread makes."""
+        with self._one_at_a_time:
+            if key not in self._kept:
+                self._kept[key] = make()
+            return self._kept[key]
 
     def give_up(self):
         """Lets go of what columns are made of; it would be made anew for one more."""
@@ -187,9 +189,10 @@ class TorqueTerms:
 def model_at(dataset, base):
     """The library's model with these base parameters; physical or not, its laws take them. One at a time is kept."""
     key = id(dataset.model), np.asarray(base, float).tobytes()
-    if dataset.models.get("key") != key:
-        dataset.models.update(key=key, model=_model_at(dataset, base))
-    return dataset.models["model"]
+    kept = dataset.models.get("kept")
+    if not kept or kept[0] != key:
+        kept = dataset.models["kept"] = key, _model_at(dataset, base)
+    return kept[1]
 
 
 def _model_at(dataset, base):

@@ -18,11 +18,11 @@ from concurrent.futures import ProcessPoolExecutor
 
 import numpy as np
 
+from .. import processors
 from ..motion import has_inertia
 from .thresholds import DEVIATIONS, HALF, MISFIT, RANGE, TIMES_AS_MUCH
 from . import replicates
 
-PROCESSES = 2
 FEWEST, MOST = 3, 9  # replicates: more where the first ones leave it open
 SURE_BELOW, SURE_ABOVE = 0.5, 5.0  # widths from the nulls' middle, beyond which more replicates would change nothing
 
@@ -175,7 +175,7 @@ class Replicator:
         try:
             if multiprocessing.current_process().daemon:
                 return [_one(number) for number in numbers]
-            with ProcessPoolExecutor(PROCESSES, multiprocessing.get_context("fork"), self.begin) as pool:
+            with ProcessPoolExecutor(processors.COUNT, multiprocessing.get_context("fork"), self.begin) as pool:
                 out = []
                 for number, one in zip(numbers, pool.map(_one, numbers)):
                     self.step(f"replicates without {'a further' if chosen else 'any'} effect, {number + 1}", (number + 1) / MOST)

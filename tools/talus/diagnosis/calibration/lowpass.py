@@ -14,6 +14,7 @@ import numpy as np
 
 from talus import ffi
 
+from .. import processors
 from ..dataset import Dataset
 from ..gate.finding import Finding
 from ..motion import has_inertia, inertia_over
@@ -82,13 +83,13 @@ def too_coarse(model, through):
 
 def processed_at(model, recordings, names, hz, window_hz=None):
     """The recordings through a low-pass of this frequency, the motion's windows as long as another asks: by default the model's."""
-    out = []
-    for recording, name in zip(recordings, names):
+    def at(recording, name):
         one = copy.copy(recording)
         one.score = ffi.new("tl_score_settings *", model.score[0])
         one.score.lowpass_hz = hz
-        out.append(ProcessedRecording(model, one, name, window_hz or model.score.lowpass_hz))
-    return out
+        return ProcessedRecording(model, one, name, window_hz or model.score.lowpass_hz)
+
+    return processors.each(lambda both: at(*both), zip(recordings, names))
 
 
 def dataset_of(model, processed, tree, effects):

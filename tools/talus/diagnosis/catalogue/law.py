@@ -10,7 +10,7 @@ from talus import constants, ffi, lib, pointer
 from ..kinds import kind_of
 
 BASE = constants.TL_MAX_JOINTS
-TOGETHER = 1 << 17  # numbers of one channel's columns that are made at once
+TOGETHER = 1 << 16  # numbers of one channel's columns that are made at once
 # an instant at which every law of the instant shows each of its strengths
 ANY_INSTANT = {"q": 0.31, "v": 1.3, "slip": 1.0, "load_Nm": 1.7, "rotor_Nm": 0.3, "friction_Nm": 0.4, "offset_Nm": 0.2, "motor_Nm": 0.9,
                "motor_rad": 2.3, "ratio": 3.0, "effort_Nm": 0.6, "gravity_tilt_Nm": 0.7, "t_s": 5.0, "temp_C": 40.0}  # fmt: skip
