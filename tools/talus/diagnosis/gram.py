@@ -21,7 +21,7 @@ LARGEST = 1e9  # Nm or rad for a unit of a strength: a link that is stepped too 
 REWEIGHINGS = 3
 FITTED_AT_ONCE = 128
 FEWEST_DRAWN = 2  # values of inertia and gravity that tell a drawing
-CHUNK = 64  # columns multiplied at once
+CHUNK = 64  # columns multiplied together
 
 
 class Layout:
@@ -141,13 +141,28 @@ class Gram:
         self.candidates = [c for c in candidates if usable[self.of(c)].all()]
         self._own = {}
 
-    def own(self, candidate):
-        """Products (folds, k, k) of a candidate's columns among themselves."""
-        if len(candidate.columns) == 1:
-            return self.fold_squares[:, self.of(candidate), None]
-        if candidate not in self._own:
-            self._own[candidate] = self.among(self.gathered(candidate.columns))
-        return self._own[candidate]
+    def own(self, group):
+        """Products (candidates, folds, k, k) of the columns of each of some candidates that have equally many, among themselves."""
+        if len(group[0].columns) == 1:
+            return np.moveaxis(self.fold_squares[:, [self.of(c) for c in group]], 0, 1)[..., None]
+        new, together = [c for c in group if c not in self._own], max(1, CHUNK // len(group[0].columns))
+        for begin in range(0, len(new), together):
+            some = new[begin:begin + together]
+            self._own.update(zip(some, self._own_products(np.array([self.of(c) for c in some]))))
+        return np.array([self._own[c] for c in group])
+
+    def _own_products(self, numbers):
+        """The same of columns with these numbers, (candidates, k)."""
+        out = np.zeros((len(numbers), self.folds, *2 * numbers.shape[1:]))
+        for layout, owner, rows in zip(self.layouts, self.owner, self.rows):
+            row_of = np.full(len(self.columns), -1)
+            row_of[owner] = np.arange(len(owner))
+            seen = np.flatnonzero(row_of[numbers].max(1) >= 0)
+            many = rows[row_of[numbers[seen]]].astype(float)
+            many[row_of[numbers[seen]] < 0] = 0.0  # a column that does not show there
+            for f, part in enumerate(layout.slices):
+                out[seen, f] += many[..., part] @ np.swapaxes(many[..., part], -1, -2)
+        return out
 
     def of(self, candidate):
         """Numbers of the columns of a candidate that the search began with."""
@@ -247,7 +262,7 @@ class Gram:
             gram[..., old[:, None], new] = np.moveaxis(beside[:, order][:, :, places], 2, 0)
             gram[..., new[:, None], old] = np.swapaxes(gram[..., old[:, None], new], -1, -2)
             gram[..., new, -1] = gram[..., -1, new] = np.moveaxis(beside[:, self.first][:, places], 1, 0)
-            gram[..., new[:, None], new] = np.array([self.own(c) for c in group])
+            gram[..., new[:, None], new] = self.own(group)
             chi2, strengths = self._held_out(gram)
             out.update({c: (x, s[len(self.base):]) for c, x, s in zip(group, chi2, strengths)})
         return [out[c] for c in candidates]
