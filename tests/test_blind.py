@@ -7,6 +7,7 @@ import copy
 import hashlib
 import itertools
 import json
+import shutil
 import subprocess
 import sys
 
@@ -277,6 +278,26 @@ def test_run_resumes_and_open_tells(drawn, tmp_path, capsys, monkeypatch):
     for case in said["cases"]:  # the identified model leaves the noise and what smoothing costs, on what it never saw
         for part in case["shrinkage"]["joints"].values():
             assert 0.9 < part["identified"] / part["floor"] < 1.1
+
+
+def test_an_unseen_recording_too_slow_to_be_scored_ends_no_run(drawn, tmp_path):
+    """All of its motion counts as standstill."""
+    program("talus-identify")
+    folder, stub = shutil.copytree(drawn, tmp_path / "cases"), tmp_path / "stub"
+    shutil.rmtree(folder / "results", ignore_errors=True)
+    stub.write_text(STUB.format(python=sys.executable, log=str(tmp_path / "log")))
+    stub.chmod(0o755)
+    path = folder / "case_000" / "test.csv.gz"
+    columns = dict(talus.Recording.read(path).columns)
+    for name in columns:
+        if name.endswith("_rad"):
+            columns[name] = 1e-3 * columns[name]
+    talus.Recording(columns).write(path)
+    assert main(["run", str(folder), "--gap", str(stub)]) == 0
+    assert main(["open", str(folder), "--out", str(tmp_path)]) == 0
+    slow, other = json.loads((tmp_path / "blind.json").read_text())["cases"]
+    assert slow["shrinkage"] is None and other["shrinkage"]["joints"]
+    assert json.loads((folder / "results" / "case_000.json").read_text())["failed"] == "too few samples"
 
 
 PROPOSING = """#!{python}

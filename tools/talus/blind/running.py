@@ -124,7 +124,7 @@ def diagnose(case, results, version, gap):
         if out["status"] == 0:
             try:
                 out["unseen"] = unseen(case, fitted, folder)
-            except RuntimeError as error:
+            except (RuntimeError, talus.TalusError) as error:  # a motion may be too slow to be scored
                 out["unseen"], out["failed"] = None, str(error)
             (results / f"{case.name}.yaml").write_text(fitted.read_text())
             keep_trajectory(out["report"], folder, results / f"{case.name}.trajectory.csv")
