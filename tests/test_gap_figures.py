@@ -68,6 +68,19 @@ def test_effects_that_do_harm_may_do_it_again():
     assert -1 <= low < 0
 
 
+@pytest.mark.parametrize("seed", range(5))
+def test_what_reconstruction_leaves_too_is_nothing_to_be_closed(seed):
+    """Effects close all that they can: what is left beside the noise is as much as without any effect. Where that is known, the interval
+    holds all; and it still holds what is closed of what stands above the noise alone."""
+    random = np.random.default_rng(seed)
+    gap, noise, rest = (size * random.standard_normal(BLOCKS * ROWS) for size in (3.0, NOISE, 2.0))
+    found = residuals(gap + noise + rest), residuals(noise + rest)
+    alone, whole = (figures.closed_interval(dataset(BLOCKS), *found, 0, NOISE, 1, rough) for rough in (0.0, 2.0**2))
+    above_noise = 1 - 2.0**2 / (3.0**2 + 2.0**2)
+    assert alone[1] < 0.9 < 0.99 < whole[1]
+    assert all(low < above_noise < high for low, high in (alone, whole))
+
+
 def test_no_rows_tell_nothing():
     assert figures.closed_interval(dataset(0), residuals(np.zeros(0)), residuals(np.zeros(0)), 0, NOISE, 1) == [0.0, 1.0]
 

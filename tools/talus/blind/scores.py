@@ -79,12 +79,12 @@ def confusable_with(report, label):
 
 def covered(report, shrunk):
     """For each joint of which an interval is claimed and something could be closed: does the interval hold what was closed?
-    By chance of the noise that can be a little more than all, which no one claims."""
+    By chance of the noise that can be a little more than all, which no one claims; and no interval goes below -1."""
     out = []
     for joint, part in (shrunk or {"joints": {}})["joints"].items():
         interval = report["gap"].get(joint, {}).get("closed_interval")
         if interval and part["closed"] is not None and report["effects"]:
-            out.append(interval[0] <= min(part["closed"], 1.0) <= interval[1])
+            out.append(interval[0] <= min(max(part["closed"], -1.0), 1.0) <= interval[1])
     return out
 
 

@@ -84,16 +84,18 @@ def block_sums(dataset, residuals, joint):
     return squares, number
 
 
-def closed_interval(dataset, before, after, joint, floor, seed):
+def closed_interval(dataset, before, after, joint, floor, seed, rough=0.0):
     """95 % interval of what will be closed in another motion: that may be as unlike all of these as any one of their blocks is,
-    and the noise, which cannot be more than all that is left, is known to a tenth. It holds the closed fraction itself, and goes
-    below 0 where effects may do harm, down to -1."""
+    the noise is known to a tenth, and of what reconstruction leaves beyond it (`rough`, a mean square), which no effect closes, any
+    share may be there; both cannot be more than all that is left. It holds the closed fraction itself, and goes below 0 where effects
+    may do harm, down to -1."""
     random = np.random.Generator(np.random.Philox(seed))
     (old, number), (new, _) = (block_sums(dataset, r, joint) for r in (before, after))
     shown = np.flatnonzero(number)
     one = random.choice(shown, DRAWS) if len(shown) else []
     identified, extended = (float(np.sqrt(x.sum() / max(number.sum(), 1))) for x in (old, new))
-    noises = min(floor, extended) * np.exp(NOISE_KNOWN_TO * random.standard_normal(DRAWS))
+    left = np.minimum(np.sqrt(floor**2 + rough * random.random(DRAWS)), extended)
+    noises = left * np.exp(NOISE_KNOWN_TO * random.standard_normal(DRAWS))
     rms = np.sqrt(old[one] / number[one]), np.sqrt(new[one] / number[one])
     drawn = [closed_fraction(a, b, noise, MOST_HARM) for a, b, noise in zip(*rms, noises)]
     whole = closed_fraction(identified, extended, floor)
@@ -101,9 +103,15 @@ def closed_interval(dataset, before, after, joint, floor, seed):
     return [float(min(low, whole)), float(max(high, whole))]
 
 
-def gap(dataset, before, after, seed):
+def rough_left(search, joint, floor):
+    """Mean square of a joint's torque that reconstruction leaves beyond the noise."""
+    kind = f"T{joint}"
+    return floor**2 * search.floor_of.get(kind, 0.0) / max(search.dataset.freedom(kind), 1)
+
+
+def gap(search, before, after, seed):
     """`gap` of the report."""
-    out = {}
+    dataset, out = search.dataset, {}
     for joint, name in enumerate(dataset.model.joints):
         channels = [c for c in dataset.channels if c.kind == f"T{joint}"]
         nominal = root_mean_square([given_residuals(dataset, c.record, joint)[c.rows] for c in channels])
@@ -120,7 +128,7 @@ def gap(dataset, before, after, seed):
             "closed_fraction": closed_fraction(identified, extended, floor),
             "reversal_rms": near,
             "measured_rms": root_mean_square([dataset.processed_recordings[c.record].measured[joint][c.rows] for c in channels]),
-            "closed_interval": closed_interval(dataset, before, after, joint, floor, seed),
+            "closed_interval": closed_interval(dataset, before, after, joint, floor, seed, rough_left(search, joint, floor)),
         }
     return out
 
