@@ -136,3 +136,41 @@ def test_stretches_of_a_motion_that_repeats_are_parts_of_its_period(tmp_path):
     left = plain[-1] - np.concatenate([strengths[base], strengths[search.gram.first:]]) @ every
     assert sums.sum(0) == pytest.approx(every @ left, abs=1e-6 * np.abs(every).max())
     assert np.abs(sums).max() > 100 * np.abs(sums.sum(0)).max()  # the fit leaves no product with its own columns, each stretch does
+
+
+# ---- recordings by the fits to the others ----------------------------------------------------
+
+
+def test_each_recording_by_the_fit_to_the_others_is_least_squares_of_these(tmp_path):
+    """By NumPy on the rows themselves; and what is then left of a recording is more than its own fit leaves."""
+    model, paths = REPOSITORY / "models/pendulum.yaml", [tmp_path / f"{seed}.csv" for seed in (3, 4, 5)]
+    for path, excitation in zip(paths, ("paper", "multisine", "multisine"), strict=True):
+        talus.simulate(talus.read(model), duration_s=12, seed=int(path.stem), excitation=excitation, fit=True).write(path)
+    dataset, _ = recorded(model, tmp_path, *paths)
+    search = Search(dataset, plain_base(dataset), lambda every: [c for c in every if c.effect == "stribeck"])
+    gram, columns = search.gram, search.columns(search.gram.candidates[:1])
+    found = gram.by_other_recordings(columns)["T0"]
+    (plain,), (own,), (layout,), weight = gram.plain, gram.gathered(columns), gram.layouts, gram.settled_weights(columns)[0]
+    rows, record = np.concatenate([plain[gram.base], own]), dataset.block_record[layout.block]
+    prior, reading = gram.prior_rows()
+    prior = np.concatenate([prior[gram.base], np.zeros((len(own), len(reading)))])
+    for r in range(3):
+        others = record != r
+        held = np.concatenate([weight * rows[:, others], prior], axis=1), np.concatenate([weight * plain[-1, others], reading])
+        strengths = np.linalg.lstsq(held[0].T, held[1], rcond=None)[0]
+        assert found[r] == pytest.approx(np.sum((plain[-1] - strengths @ rows)[record == r] ** 2), rel=1e-6)
+        mine = np.linalg.lstsq(rows[:, record == r].T, plain[-1, record == r], rcond=None)[1][0]
+        assert found[r] > mine
+    pairs = figures.by_other_recordings(search, search, search.gram.candidates[:1], 0)
+    assert [b**2 * len(c.thinned) for (_, b), c in zip(pairs, dataset.channels, strict=True)] == pytest.approx(
+        found / dataset.thin * dataset.sigma["T0"] ** 2)  # fmt: skip
+
+
+def test_the_interval_holds_what_each_recording_closes_by_the_fits_to_the_others():
+    before, after = blocks(np.random.default_rng(1), BLOCKS)
+    known = [dataset(BLOCKS), residuals(before), residuals(after), 0, NOISE, 1]
+    low, high = figures.closed_interval(*known)
+    for rms, closes in (((3.0, 2.0), 5 / 8), ((2.0, 2.5), -0.75)):
+        wider = figures.closed_interval(*known, elsewhere=[rms])
+        assert wider == pytest.approx([min(low, closes), high])
+    assert figures.closed_interval(*known, elsewhere=[(0.9 * NOISE, 5.0)]) == [low, high]  # nothing was to be closed there

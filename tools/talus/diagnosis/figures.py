@@ -84,11 +84,21 @@ def block_sums(dataset, residuals, joint):
     return squares, number
 
 
-def closed_interval(dataset, before, after, joint, floor, seed, rough=0.0):
+def by_other_recordings(search, near, chosen, joint):
+    """[(RMS, RMS beside the effects)] of a joint's torque in each recording by the fits to all others; empty where there is one alone."""
+    dataset, kind = search.dataset, f"T{joint}"
+    if len(dataset.processed_recordings) < 2:
+        return []
+    both = (one.gram.by_other_recordings(one.columns(which))[kind] for one, which in ((search, []), (near, chosen)))
+    old, new = (np.sqrt(np.maximum(chi2, 0.0) / dataset.thin) * dataset.sigma[kind] for chi2 in both)
+    return [(old[c.record] / np.sqrt(len(c.thinned)), new[c.record] / np.sqrt(len(c.thinned))) for c in dataset.channels if c.kind == kind and len(c.thinned)]
+
+
+def closed_interval(dataset, before, after, joint, floor, seed, rough=0.0, elsewhere=()):
     """95 % interval of what will be closed in another motion: that may be as unlike all of these as any one of their blocks is,
     the noise is known to a tenth, and of what reconstruction leaves beyond it (`rough`, a mean square), which no effect closes, any
-    share may be there; both cannot be more than all that is left. It holds the closed fraction itself, and goes below 0 where effects
-    may do harm, down to -1."""
+    share may be there; both cannot be more than all that is left. It holds the closed fraction itself, that of each recording by the
+    fits to all others (`elsewhere`: by_other_recordings()), and goes below 0 where effects may do harm, down to -1."""
     random = np.random.Generator(np.random.Philox(seed))
     (old, number), (new, _) = (block_sums(dataset, r, joint) for r in (before, after))
     shown = np.flatnonzero(number)
@@ -98,9 +108,10 @@ def closed_interval(dataset, before, after, joint, floor, seed, rough=0.0):
     noises = left * np.exp(NOISE_KNOWN_TO * random.standard_normal(DRAWS))
     rms = np.sqrt(old[one] / number[one]), np.sqrt(new[one] / number[one])
     drawn = [closed_fraction(a, b, noise, MOST_HARM) for a, b, noise in zip(*rms, noises)]
-    whole = closed_fraction(identified, extended, floor)
-    low, high = np.quantile(drawn, [0.025, 0.975]) if drawn else (0.0, 1.0)
-    return [float(min(low, whole)), float(max(high, whole))]
+    held = [closed_fraction(identified, extended, floor)]
+    held += [closed_fraction(a, b, min(floor, b), MOST_HARM) for a, b in elsewhere if a > floor]
+    ends = np.quantile(drawn, [0.025, 0.975]) if drawn else (0.0, 1.0)
+    return [float(min(*ends, *held)), float(max(*ends, *held))]
 
 
 def rough_left(search, joint, floor):
@@ -109,14 +120,14 @@ def rough_left(search, joint, floor):
     return floor**2 * search.floor_of.get(kind, 0.0) / max(search.dataset.freedom(kind), 1)
 
 
-def gap(search, before, after, seed):
-    """`gap` of the report."""
+def gap(search, near, chosen, before, after, seed):
+    """`gap` of the report; `near` is the search beside whose machine the chosen effects stand."""
     dataset, out = search.dataset, {}
     for joint, name in enumerate(dataset.model.joints):
         channels = [c for c in dataset.channels if c.kind == f"T{joint}"]
         nominal = root_mean_square([given_residuals(dataset, c.record, joint)[c.rows] for c in channels])
-        near = root_mean_square([after.of[c.record, c.kind][dataset.processed_recordings[c.record].kind[joint] == NEAR_STOP]
-                                 for c in channels])  # fmt: skip
+        reversal = root_mean_square([after.of[c.record, c.kind][dataset.processed_recordings[c.record].kind[joint] == NEAR_STOP]
+                                     for c in channels])  # fmt: skip
         identified, extended = (torque_rms(dataset, r, joint) for r in (before, after))
         floor = noise_floor(dataset, joint)
         out[name] = {
@@ -126,9 +137,10 @@ def gap(search, before, after, seed):
             "extended_rms": extended,
             "noise_floor_rms": floor,
             "closed_fraction": closed_fraction(identified, extended, floor),
-            "reversal_rms": near,
+            "reversal_rms": reversal,
             "measured_rms": root_mean_square([dataset.processed_recordings[c.record].measured[joint][c.rows] for c in channels]),
-            "closed_interval": closed_interval(dataset, before, after, joint, floor, seed, rough_left(search, joint, floor)),
+            "closed_interval": closed_interval(dataset, before, after, joint, floor, seed, rough_left(search, joint, floor),
+                                               by_other_recordings(search, near, chosen, joint)),
         }
     return out
 

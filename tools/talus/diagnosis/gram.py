@@ -385,6 +385,21 @@ class Gram:
             out[layout.kind] = np.bincount(layout.block, residual**2, minlength=self.dataset.blocks)
         return out
 
+    def by_other_recordings(self, columns):
+        """Chi-square of each recording by the fit to all others, for each kind of channel: {kind: (recordings)}."""
+        own, weights = self.gathered(columns), self.settled_weights(columns)
+        grams = np.array([self._of_recordings(*one) for one in zip(self.layouts, self.plain, own, strict=True)])
+        each = np.einsum("l,lrij->rij", weights**2, grams)
+        known = self.prior_share(weights) * self._prior(len(each[0]) - 1)
+        strengths = solve(each.sum(0) - each + known)
+        return {layout.kind: squares(one, strengths) for layout, one in zip(self.layouts, grams)}
+
+    def _of_recordings(self, layout, plain, own):
+        """Products of base columns, some rows of a layout and, last, the reading, by recording."""
+        every, record = np.concatenate([plain[self.base], own, plain[-1:]]), self.dataset.block_record[layout.block]
+        parts = (every[:, record == r] for r in range(len(self.all_terms)))
+        return np.array([part @ part.T for part in parts])
+
     def by_stretch(self, columns):
         """Each unknown's product with what the fit to everything leaves, in the order of products(), summed over each stretch of the motion:
         (stretches, unknowns)."""

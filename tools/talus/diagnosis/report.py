@@ -47,7 +47,7 @@ def diagnosis(search, verdict, seed, findings, through):
         "resembles": resembles(search, verdict),
         "irregular": irregular.shares(search),
         "effects": [],
-        "gap": figures.gap(search, before, after, seed),
+        "gap": figures.gap(search, near, fit.chosen, before, after, seed),
         "motion": motion.motion(near, fit, before, after),
         "where": places,
         "confusable": [
