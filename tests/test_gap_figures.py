@@ -62,6 +62,18 @@ def test_a_noise_that_is_overrated_does_not_make_the_interval_sure():
     assert low < true < 1 and high == 1 and low > 0.99
 
 
+def test_of_what_is_left_below_an_overrated_noise_any_share_may_be_noise():
+    """A fifth of the gap stays, and ten times less noise. The estimate of the noise is half of the gap."""
+    random = np.random.default_rng(2)
+    gap, rest, noise = (size * random.standard_normal(BLOCKS * ROWS) for size in (1.0, 0.2, 0.02))
+    known = dataset(BLOCKS), residuals(gap + rest + noise), residuals(rest + noise), 0
+    true = 1 - 0.2**2 / (1 + 0.2**2)
+    low, high = figures.closed_interval(*known, 0.5, 1)
+    assert low < true < high
+    near = figures.closed_interval(*known, 1.1 * np.hypot(0.2, 0.02), 1)  # as much as is left, within a tenth: it may be the noise
+    assert true < near[0]
+
+
 def test_effects_that_do_harm_may_do_it_again():
     before, after = blocks(np.random.default_rng(1), BLOCKS)
     low, _high = figures.closed_interval(dataset(BLOCKS), residuals(after), residuals(before), 0, 0.5 * NOISE, 1)

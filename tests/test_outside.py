@@ -59,9 +59,23 @@ def test_readings_that_stay_the_same_for_longer_than_chance_has_it():
     x = np.round(1.6 * random.standard_normal(4000))
     assert 0.1 < np.mean(np.diff(x) == 0) < 0.3 and held_reading.held(x) == []
     x[1000:1030], x[2000:2015] = x[1000], x[2000]
+    x[1030], x[2016] = x[1000] + 3, x[2000] - 2  # and then goes on elsewhere, at once or soon
     (first, _), (second, _) = held_reading.held(x)
     assert abs(first - 1000) <= 2 and abs(second - 2000) <= 2
     assert held_reading.held(random.standard_normal(500)) == []
+
+
+@pytest.mark.parametrize("noise", [0.05, 0.1, 0.2])
+def test_a_slow_torque_within_one_step_of_its_sensor_is_no_reading_that_hangs(noise):
+    """Runs at its peaks and where it creeps are far longer than chance has it; one that hangs among them is found alone."""
+    random, t = np.random.default_rng(4), np.arange(20000) * 5e-3
+    torque = 6 * np.sin(2 * np.pi * 0.3 * t) + 3 * np.sin(2 * np.pi * 1.1 * t)
+    x = np.round(torque + noise * random.standard_normal(len(t)))
+    assert np.mean(np.diff(x) == 0) > 0.75 and held_reading.held(x) == []
+    x[3000:3500] = x[3000]
+    assert abs(x[3500] - x[3000]) > 2
+    ((first, last),) = held_reading.held(x)
+    assert first <= 3000 and last == 3499
 
 
 # ---- how likely it is ------------------------------------------------------------------

@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 
+from .calibration.thresholds import DEVIATIONS
 from .dataset import NEAR_STOP
 
 DRAWS = 800
@@ -97,14 +98,17 @@ def by_other_recordings(search, near, chosen, joint):
 def closed_interval(dataset, before, after, joint, floor, seed, rough=0.0, elsewhere=()):
     """95 % interval of what will be closed in another motion: that may be as unlike all of these as any one of their blocks is,
     the noise is known to a tenth, and of what reconstruction leaves beyond it (`rough`, a mean square), which no effect closes, any
-    share may be there; both cannot be more than all that is left. It holds the closed fraction itself, that of each recording by the
+    share may be there; both cannot be more than all that is left. Where that is less than the noise can be, its estimate holds what the
+    effects close, and any share of the rest may be noise. The interval holds the closed fraction itself, that of each recording by the
     fits to all others (`elsewhere`: by_other_recordings()), and goes below 0 where effects may do harm, down to -1."""
     random = np.random.Generator(np.random.Philox(seed))
     (old, number), (new, _) = (block_sums(dataset, r, joint) for r in (before, after))
     shown = np.flatnonzero(number)
     one = random.choice(shown, DRAWS) if len(shown) else []
     identified, extended = (float(np.sqrt(x.sum() / max(number.sum(), 1))) for x in (old, new))
-    left = np.minimum(np.sqrt(floor**2 + rough * random.random(DRAWS)), extended)
+    share = random.random(DRAWS)
+    is_overrated = floor > np.exp(DEVIATIONS * NOISE_KNOWN_TO) * extended
+    left = extended * np.sqrt(share) if is_overrated else np.minimum(np.sqrt(floor**2 + rough * share), extended)
     noises = left * np.exp(NOISE_KNOWN_TO * random.standard_normal(DRAWS))
     rms = np.sqrt(old[one] / number[one]), np.sqrt(new[one] / number[one])
     drawn = [closed_fraction(a, b, noise, MOST_HARM) for a, b, noise in zip(*rms, noises)]

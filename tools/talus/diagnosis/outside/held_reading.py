@@ -2,20 +2,24 @@
 
 import numpy as np
 
+from .. import noise
 from .law import entry, of
 
+NEXT, ONE_STEP = 3, 1.5  # readings after a run, and steps of the sensor: what leaps farther has left out one
 BY_CHANCE = 1e-3  # runs of equal readings in a recording, that noise and the sensor's step make, of those that count
 
 
 def held(x):
     """[(first row, last row)] of readings that stay the same for longer than chance has it: each one is the one before it by chance as
-    often as one that follows a change is."""
-    same = np.diff(x) == 0
+    often as one that follows a change is. Where they go on they have more than one of the sensor's steps to catch up: a torque that
+    hardly changes stays within a step for as long."""
+    same, step = np.diff(x) == 0, noise.finest_step(x)
     changed = ~same[:-1]
     often = same[1:][changed].mean() if changed.any() else 1.0
     ends = np.diff(np.concatenate([[False], same, [False]]).astype(int))
     begins, lasts = np.flatnonzero(ends == 1), np.flatnonzero(ends == -1)
-    return [(int(b), int(e)) for b, e in zip(begins, lasts) if often ** (e - b) * len(x) < BY_CHANCE]
+    leaps = lambda e: np.abs(x[e + 1:e + 1 + NEXT] - x[e]).max(initial=0.0) > ONE_STEP * step
+    return [(int(b), int(e)) for b, e in zip(begins, lasts) if often ** (e - b) * len(x) < BY_CHANCE and leaps(e)]
 
 
 def late(terms, joint):
