@@ -173,7 +173,7 @@ def test_each_recording_by_the_fit_to_the_others_is_least_squares_of_these(tmp_p
         assert found[r] == pytest.approx(np.sum((plain[-1] - strengths @ rows)[record == r] ** 2), rel=1e-6)
         mine = np.linalg.lstsq(rows[:, record == r].T, plain[-1, record == r], rcond=None)[1][0]
         assert found[r] > mine
-    pairs = figures.by_other_recordings(search, search, search.gram.candidates[:1], 0)
+    pairs = figures.by_other_recordings(search, search, search.gram.candidates[:1])["T0"]
     assert [b**2 * len(c.thinned) for (_, b), c in zip(pairs, dataset.channels, strict=True)] == pytest.approx(
         found / dataset.thin * dataset.sigma["T0"] ** 2)  # fmt: skip
 

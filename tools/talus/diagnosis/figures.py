@@ -85,22 +85,25 @@ def block_sums(dataset, residuals, joint):
     return squares, number
 
 
-def by_other_recordings(search, near, chosen, joint):
-    """[(RMS, RMS beside the effects)] of a joint's torque in each recording by the fits to all others; empty where there is one alone."""
-    dataset, kind = search.dataset, f"T{joint}"
+def by_other_recordings(search, near, chosen):
+    """{kind: [(RMS, RMS beside the effects) of each recording that has it]} by the fits to all others; empty where there is one alone."""
+    dataset, out = search.dataset, {}
     if len(dataset.processed_recordings) < 2:
-        return []
-    both = (one.gram.by_other_recordings(one.columns(which))[kind] for one, which in ((search, []), (near, chosen)))
-    old, new = (np.sqrt(np.maximum(chi2, 0.0) / dataset.thin) * dataset.sigma[kind] for chi2 in both)
-    return [(old[c.record] / np.sqrt(len(c.thinned)), new[c.record] / np.sqrt(len(c.thinned))) for c in dataset.channels if c.kind == kind and len(c.thinned)]
+        return out
+    plain, beside = (one.gram.by_other_recordings(one.columns(which)) for one, which in ((search, []), (near, chosen)))
+    for c in dataset.channels:
+        if len(c.thinned):
+            chi2 = np.maximum([plain[c.kind][c.record], beside[c.kind][c.record]], 0.0)
+            out.setdefault(c.kind, []).append(tuple(dataset.sigma[c.kind] * np.sqrt(chi2 / dataset.thin / len(c.thinned))))
+    return out
 
 
 def closed_interval(dataset, before, after, joint, floor, seed, rough=0.0, elsewhere=()):
     """95 % interval of what will be closed in another motion: that may be as unlike all of these as any one of their blocks is,
     the noise is known to a tenth, and of what reconstruction leaves beyond it (`rough`, a mean square), which no effect closes, any
-    share may be there; both cannot be more than all that is left. Where that is less than the noise can be, its estimate holds what the
-    effects close, and any share of the rest may be noise. The interval holds the closed fraction itself, that of each recording by the
-    fits to all others (`elsewhere`: by_other_recordings()), and goes below 0 where effects may do harm, down to -1."""
+    share may be there; both cannot be more than all that is left. Where so little is left that the noise cannot be what was estimated,
+    any share of it may be noise. The interval holds the closed fraction itself, that of each recording by the fits to all others
+    (`elsewhere`: by_other_recordings()), and goes below 0 where effects may do harm, down to -1."""
     random = np.random.Generator(np.random.Philox(seed))
     (old, number), (new, _) = (block_sums(dataset, r, joint) for r in (before, after))
     shown = np.flatnonzero(number)
@@ -126,7 +129,7 @@ def rough_left(search, joint, floor):
 
 def gap(search, near, chosen, before, after, seed):
     """`gap` of the report; `near` is the search beside whose machine the chosen effects stand."""
-    dataset, out = search.dataset, {}
+    dataset, out, elsewhere = search.dataset, {}, by_other_recordings(search, near, chosen)
     for joint, name in enumerate(dataset.model.joints):
         channels = [c for c in dataset.channels if c.kind == f"T{joint}"]
         nominal = root_mean_square([given_residuals(dataset, c.record, joint)[c.rows] for c in channels])
@@ -144,7 +147,7 @@ def gap(search, near, chosen, before, after, seed):
             "reversal_rms": reversal,
             "measured_rms": root_mean_square([dataset.processed_recordings[c.record].measured[joint][c.rows] for c in channels]),
             "closed_interval": closed_interval(dataset, before, after, joint, floor, seed, rough_left(search, joint, floor),
-                                               by_other_recordings(search, near, chosen, joint)),
+                                               elsewhere.get(f"T{joint}", ())),
         }
     return out
 

@@ -126,7 +126,7 @@ class Gram:
                 layout.put_all(into, places, record, values, there)
 
     def _prepare(self, candidates):
-        self.plain_grams = [self.among(rows, [layout]) for rows, layout in zip(([one] for one in self.plain), self.layouts)]
+        self.plain_grams = [self.among([one], [layout]) for one, layout in zip(self.plain, self.layouts)]
         scale = np.sqrt(np.einsum("fii->i", sum(self.plain_grams)))
         self.base = [k for k in range(self.first) if scale[k] > 0]
         self.beside_plain = self.beside(self.plain)

@@ -5,7 +5,8 @@ import numpy as np
 from .. import noise
 from .law import entry, of
 
-NEXT, ONE_STEP = 3, 1.5  # readings after a run, and steps of the sensor: what leaps farther has left out one
+ONE_STEP = 1.5  # of the sensor, rounded: what leaps farther has left one out
+NEXT = 3  # readings after a run, in which it must: the first one may be near by chance
 BY_CHANCE = 1e-3  # runs of equal readings in a recording, that noise and the sensor's step make, of those that count
 
 
